@@ -1,0 +1,141 @@
+//! What a mind may know of a world: sensors that are read only when asked, motor actions, and their consequences.
+
+use serde::{Deserialize, Serialize};
+
+/// One number a sensor delivers, with the range that a mind scales to [0, 1].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Feature {
+    /// Name, unique within its sensor.
+    pub name: String,
+    /// Smallest value, in the sensor's own unit.
+    pub low: f64,
+    /// Largest value, in the sensor's own unit.
+    pub high: f64,
+}
+
+/// A sensor: what it measures and what one look costs. Fig. 7b.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorSpec {
+    /// Name, unique within the environment.
+    pub name: String,
+    /// The numbers it delivers; c_i of Eq. (1).
+    pub features: Vec<Feature>,
+    /// Price of one look, in units of reward, ≥ 0.
+    pub price: f64,
+}
+
+/// The contract of an environment: everything that is fixed before the first step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EnvironmentSpec {
+    /// Registry name with its version, e.g. `Highway-v0`.
+    pub id: String,
+    /// Sensors, at most 64.
+    pub sensors: Vec<SensorSpec>,
+    /// Names of the motor actions. Eq. (12).
+    pub actions: Vec<String>,
+    /// Motor steps after which an episode is cut ([`End::TimeLimit`]).
+    pub horizon: usize,
+    /// Names of what [`Environment::measures`] reports after each step.
+    pub measures: Vec<String>,
+}
+
+impl EnvironmentSpec {
+    /// Index of the sensor called `name`.
+    #[must_use]
+    pub fn sensor(&self, name: &str) -> Option<usize> {
+        self.sensors.iter().position(|s| s.name == name)
+    }
+
+    /// Index of the measure called `name`.
+    #[must_use]
+    pub fn measure(&self, name: &str) -> Option<usize> {
+        self.measures.iter().position(|m| m == name)
+    }
+}
+
+/// Whether and why an episode is over. A time limit is no fact about the world, so learners bootstrap through it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum End {
+    /// The episode goes on.
+    Running,
+    /// The world is over: the future is worth nothing.
+    Terminal,
+    /// Somebody stopped the clock: the future is worth what it was.
+    TimeLimit,
+}
+
+/// What a motor action led to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Reward of the motor action, without the price of looking (a cost is negative). Fig. 7a.
+    pub motor_reward: f64,
+    /// Whether the episode is over.
+    pub end: End,
+}
+
+/// What a body, a link or a file may fail with. Simulated worlds never do.
+#[derive(Debug, thiserror::Error)]
+pub enum EnvironmentError {
+    /// A sensor did not answer.
+    #[error("sensor `{sensor}` of {environment} did not answer: {reason}")]
+    Sensor {
+        /// Registry name of the environment.
+        environment: String,
+        /// Name of the sensor.
+        sensor: String,
+        /// What the device or link said.
+        reason: String,
+    },
+    /// A motor action could not be carried out.
+    #[error("motor action `{action}` of {environment} failed: {reason}")]
+    Motor {
+        /// Registry name of the environment.
+        environment: String,
+        /// Name of the action.
+        action: String,
+        /// What the device or link said.
+        reason: String,
+    },
+}
+
+/// A simulated world, a recording or a real robot.
+///
+/// Invariants, tested for every registered environment: looking never changes the world (any subset of sensors, in any
+/// order, any number of times: the same readings and the same future); the same seed and actions give the same bits;
+/// readings are finite and within their declared range.
+pub trait Environment: Send {
+    /// The contract.
+    fn spec(&self) -> &EnvironmentSpec;
+
+    /// Begins an episode. All randomness of the episode comes from `seed`.
+    ///
+    /// # Errors
+    /// If the body or its link fails.
+    fn reset(&mut self, seed: u64) -> Result<(), EnvironmentError>;
+
+    /// Reads one sensor into `out` (one entry per feature, in the sensor's own unit). Only this computes anything:
+    /// a sensor nobody asks is never rendered, requested or evaluated.
+    ///
+    /// # Errors
+    /// If the sensor does not answer.
+    fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError>;
+
+    /// Carries out one motor action.
+    ///
+    /// # Errors
+    /// If the body or its link fails.
+    fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError>;
+
+    /// Facts about the last step for records and figures (see [`EnvironmentSpec::measures`]); no mind may use them.
+    fn measures(&self) -> &[f64];
+
+    /// The motor action an expert advisor with ground truth would take now, where the world has one (Phase I).
+    fn advise(&mut self) -> Option<usize> {
+        None
+    }
+
+    /// An independent copy of the world as it stands now, randomness included, where the world can be copied.
+    fn fork(&self) -> Option<Box<dyn Environment>> {
+        None
+    }
+}

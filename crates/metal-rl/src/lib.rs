@@ -3,7 +3,9 @@
 #![forbid(unsafe_code)]
 
 pub mod environment;
+pub mod fuse;
 pub mod learner;
+pub mod measure;
 pub mod num;
 pub mod random;
 pub mod set;

@@ -140,14 +140,10 @@ fn check_weights(weights: &[f64]) -> Result<(), FuserError> {
 
 /// The opinion of the most confident agent; the lowest agent wins a tie.
 fn most_confident<'a, 'b>(opinions: &'b [Opinion<'a>]) -> &'b Opinion<'a> {
-    let mut best = &opinions[0];
-    for opinion in &opinions[1..] {
-        let (new, old) = (opinion.confidence(), best.confidence());
-        if new > old || (new == old && opinion.agent < best.agent) {
-            best = opinion;
-        }
-    }
-    best
+    opinions.iter().fold(&opinions[0], |best, opinion| {
+        let order = opinion.confidence().total_cmp(&best.confidence());
+        if order.then(best.agent.cmp(&opinion.agent)).is_gt() { opinion } else { best }
+    })
 }
 
 /// Every action is worth the best confidence with which it was proposed.
@@ -188,7 +184,7 @@ fn borda(opinions: &[Opinion<'_>], combined: &mut [f64]) {
     for opinion in opinions {
         for (c, &p) in combined.iter_mut().zip(opinion.support) {
             let beaten = opinion.support.iter().filter(|&&other| other < p).count();
-            let equal = opinion.support.iter().filter(|&&other| other == p).count();
+            let equal = opinion.support.iter().filter(|&other| other.total_cmp(&p).is_eq()).count();
             *c += beaten as f64 + (equal as f64 - 1.0) / 2.0;
         }
     }
@@ -212,8 +208,8 @@ fn ordered_average(opinions: &[Opinion<'_>], weights: &[f64], combined: &mut [f6
 
 /// Whether `one` stands before `other` when the supports of `action` are sorted from the largest.
 fn speaks_before(one: &Opinion<'_>, other: &Opinion<'_>, action: usize) -> bool {
-    let (p, q) = (one.support[action], other.support[action]);
-    p > q || (p == q && one.agent < other.agent)
+    let order = other.support[action].total_cmp(&one.support[action]);
+    order.then(one.agent.cmp(&other.agent)).is_lt()
 }
 
 /// Weight of the `rank`-th of `n` supports: W((rank + 1)/n) − W(rank/n),  W: cumulative weights scaled to sum 1.

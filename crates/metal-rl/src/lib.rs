@@ -24,6 +24,7 @@ pub mod returns;
 pub mod run;
 pub mod teach;
 
+pub mod measure;
 pub mod observe;
 
 pub mod num;

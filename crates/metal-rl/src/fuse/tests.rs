@@ -146,7 +146,7 @@ fn an_ordered_average_knows_its_special_cases() {
 fn equal_supports_share_their_borda_points() {
     let supports = [vec![0.5, 0.2, 0.2, 0.1, 0.0]];
     let (_, combined) = fuse(&Fuser::Borda, &opinions(&supports));
-    assert_eq!(combined, [0.4, 0.25, 0.25, 0.1, 0.0]);
+    assert_eq!(combined.to_vec(), [0.4, 0.25, 0.25, 0.1, 0.0]);
 }
 
 #[test]

@@ -2,5 +2,6 @@
 //! to set beside them, figures as SVG, and the self-contained HTML report.
 #![forbid(unsafe_code)]
 
+pub mod figures;
 pub mod paper;
 pub mod results;

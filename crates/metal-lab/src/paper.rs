@@ -113,14 +113,18 @@ pub const TABLE3: [(u32, u32, u32, f64, f64); 5] = [
 /// All numbers of the paper.
 #[must_use]
 pub fn numbers() -> PaperNumbers {
-    let source = "METAL: A framework for mixture-of-experts task and attention learning, Tables 1-3 and Sec. 4.4";
+    let source =
+        "METAL: A framework for mixture-of-experts task and attention learning, Tables 1-3 and Sec. 4.4";
     PaperNumbers {
         source: source.to_owned(),
         looks: LOOKS,
         ratio_to_foa: RATIO_TO_FOA,
         ratio_to_fusion: RATIO_TO_FUSION,
         table2: table2(),
-        table3: TABLE3.iter().map(|&(k, q, actions, p0, p)| PaperTable3Row { k, q, actions, p0, p }).collect(),
+        table3: TABLE3
+            .iter()
+            .map(|&(k, q, actions, p0, p)| PaperTable3Row { k, q, actions, p0, p })
+            .collect(),
         table1: TABLE1.iter().map(|&row| scene(row)).collect(),
     }
 }
@@ -202,7 +206,9 @@ mod tests {
                     assert!((motor + perceptual - costs.total).abs() < 0.051, "{costs:?}");
                 }
             }
-            if let (Some(accidents), Some(bad), Some(good)) = (cell.accidents, cell.accident, cell.no_accident) {
+            if let (Some(accidents), Some(bad), Some(good)) =
+                (cell.accidents, cell.accident, cell.no_accident)
+            {
                 let mean = (f64::from(accidents) * bad.total + f64::from(10 - accidents) * good.total) / 10.0;
                 assert!((mean - cell.total).abs() < 0.07, "{mean} against the printed {}", cell.total);
             }

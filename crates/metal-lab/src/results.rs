@@ -9,8 +9,8 @@ pub mod lookup;
 
 pub use estimate::Estimate;
 pub use figure_data::{
-    AliasingRow, CAMERA_COLUMNS, CAMERA_ROWS, CameraRegion, CurvePoint, Figures, FrontPoint, LooksBlock, LooksMap,
-    MapPoint, PixelImage, Pose, RoadOutline, RoadView, SceneRow, SeedPoint, Stage, TestDrive,
+    AliasingRow, CAMERA_COLUMNS, CAMERA_ROWS, CameraRegion, CurvePoint, Figures, FrontPoint, LooksBlock,
+    LooksMap, MapPoint, PixelImage, Pose, RoadOutline, RoadView, SceneRow, SeedPoint, Stage, TestDrive,
 };
 
 use std::collections::BTreeMap;

@@ -39,7 +39,7 @@ impl Table {
         let mut best = best_action(&joint);
         let mut place = 1;
         for (i, expert) in EXPERTS.iter().enumerate() {
-            let unasked = known / place % (expert.groups + 1) == 0;
+            let unasked = (known / place).is_multiple_of(expert.groups + 1);
             if unasked {
                 let look = self.look(i, known, place, &joint);
                 if look.value > best.value {

@@ -1,0 +1,57 @@
+//! A member of the mind: a tiny agent, or the full observer, which is a tiny agent that sees a lot.
+
+use crate::decision::{DecisionDims, DecisionState};
+use crate::environment::{Environment, EnvironmentError, EnvironmentSpec};
+use crate::learner::Learner;
+use crate::view::{Percept, View};
+
+/// An expert with a name, a partial view and a learner.
+#[derive(Clone)]
+pub struct Member {
+    /// Name, unique in the mind (`MN`, `FOA`, …).
+    pub name: String,
+    /// What it sees: s_TA of Eq. (1) or s_FOA of Eq. (2).
+    pub view: View,
+    /// What it knows.
+    pub learner: Box<dyn Learner>,
+}
+
+impl Member {
+    /// Price of consulting this member when none of its sensors was read yet. Fig. 7b.
+    #[must_use]
+    pub fn price(&self, spec: &EnvironmentSpec) -> f64 {
+        self.view.sensors().iter().map(|&s| spec.sensors[s].price).sum()
+    }
+
+    /// Reads what the member sees, lets it speak into `state`, and returns the price of the sensors read just now.
+    ///
+    /// # Errors
+    /// If a sensor does not answer.
+    pub fn consult(
+        &self,
+        index: usize,
+        environment: &mut dyn Environment,
+        percept: &mut Percept,
+        state: &mut DecisionState,
+    ) -> Result<f64, EnvironmentError> {
+        let mut price = 0.0;
+        for &sensor in self.view.sensors() {
+            if percept.look(environment, sensor)? {
+                price += environment.spec().sensors[sensor].price;
+            }
+        }
+        let (reading, values, support) = state.attend(index);
+        self.view.state(percept, reading);
+        self.learner.values_and_support(reading, values, support);
+        Ok(price)
+    }
+}
+
+/// Sizes of the decision state of `members`.
+#[must_use]
+pub fn decision_dims(members: &[Member], spec: &EnvironmentSpec) -> DecisionDims {
+    DecisionDims {
+        member_inputs: members.iter().map(|m| m.view.dims()).collect(),
+        actions: spec.actions.len(),
+    }
+}

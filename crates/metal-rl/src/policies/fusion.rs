@@ -1,0 +1,51 @@
+//! Initial active learning (Phase II): everybody is consulted, a fixed fuser decides. Eq. (7), Fig. 4.
+
+use crate::fuse::{Fuser, Opinion};
+use crate::num;
+use crate::policy::{Choice, Policy, Situation};
+use crate::random::Rng;
+use crate::set::IndexSet;
+
+/// Consults every member of `roster`, then moves as the fuser says.
+#[derive(Clone, Debug)]
+pub struct Fusion {
+    fuser: Fuser,
+    roster: IndexSet,
+    scratch: Vec<f64>,
+}
+
+impl Fusion {
+    /// Fusion of the members in `roster` over `actions` motor actions.
+    #[must_use]
+    pub fn new(fuser: Fuser, roster: IndexSet, actions: usize) -> Self {
+        Self { fuser, roster, scratch: vec![0.0; actions] }
+    }
+}
+
+/// The action `fuser` makes of everything heard so far.
+pub(crate) fn fuse(fuser: &Fuser, situation: &Situation<'_>, scratch: &mut [f64]) -> usize {
+    let mut opinions = [Opinion { agent: 0, proposal: 0, support: &[] }; IndexSet::CAPACITY];
+    let mut heard = 0;
+    for m in situation.state.attended().iter() {
+        if let Some(opinion) = situation.state.opinion(m) {
+            opinions[heard] =
+                Opinion { agent: m, proposal: num::argmax(opinion.values), support: opinion.support };
+            heard += 1;
+        }
+    }
+    fuser.fuse(&opinions[..heard], scratch)
+}
+
+impl Policy for Fusion {
+    fn choose(&mut self, situation: &Situation<'_>, rng: &mut Rng) -> Choice {
+        if let Some(next) = self.roster.minus(situation.state.attended()).iter().next() {
+            return Choice::Consult(next);
+        }
+        let action = fuse(&self.fuser, situation, &mut self.scratch);
+        // The fuser names one action, so exploration sees a preference of 1 for it and of 0 for the others.
+        self.scratch.fill(0.0);
+        self.scratch[action] = 1.0;
+        let all = IndexSet::first(self.scratch.len());
+        Choice::Move(situation.exploration.choose(&mut self.scratch, all, rng))
+    }
+}

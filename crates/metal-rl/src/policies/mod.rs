@@ -1,0 +1,15 @@
+//! The policies: everyone who can be at the wheel.
+
+mod advisor;
+pub mod attention;
+mod blind;
+mod fusion;
+mod random_looks;
+mod solo;
+
+pub use advisor::Advisor;
+pub use attention::{Attention, AttentionConfig};
+pub use blind::Blind;
+pub use fusion::Fusion;
+pub use random_looks::RandomLooks;
+pub use solo::Solo;

@@ -4,6 +4,7 @@
 
 pub mod environment;
 pub mod learner;
+pub mod learners;
 pub mod num;
 pub mod random;
 pub mod set;

@@ -9,6 +9,7 @@ pub mod environment;
 pub mod view;
 
 pub mod learner;
+pub mod learners;
 pub mod support;
 
 pub mod decision;

@@ -1,0 +1,252 @@
+//! The folder of a run: plan, minds, results, records and report, each written whole or not at all.
+
+use crate::mind::{FrozenMind, Mind};
+use crate::plan::{self, Plan};
+use crate::trace::EpisodeRecord;
+use metal_rl::learner::LearnerError;
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// First bytes of a mind file.
+const MAGIC: &[u8; 8] = b"METALMND";
+
+/// What went wrong with a run folder: which file, and why.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The file system said no.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is there but is not what it should be.
+    #[error("{}: {reason}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// A learner cannot be thawed.
+    #[error("{}: {source}", path.display())]
+    Learner {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: LearnerError,
+    },
+    /// The plan of the run is refused.
+    #[error(transparent)]
+    Plan(#[from] plan::PlanError),
+}
+
+/// What a run was, beside its plan.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunCard {
+    /// Version of the program that trained.
+    pub version: String,
+    /// The one seed of the run.
+    pub seed: u64,
+    /// Independent trainings.
+    pub seeds: usize,
+    /// Best constant action on validation roads.
+    pub blind: usize,
+    /// Whether budgets were cut.
+    pub quick: bool,
+}
+
+/// A run folder.
+#[derive(Clone, Debug)]
+pub struct Store {
+    root: PathBuf,
+}
+
+impl Store {
+    /// Makes the folder, if it is not there.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub fn create(root: &Path) -> Result<Self, StoreError> {
+        std::fs::create_dir_all(root).map_err(|e| at(root, e))?;
+        Ok(Self { root: root.to_path_buf() })
+    }
+
+    /// Opens the folder of a finished run.
+    ///
+    /// # Errors
+    /// If it is no run folder.
+    pub fn open(root: &Path) -> Result<Self, StoreError> {
+        let store = Self { root: root.to_path_buf() };
+        let card = store.path("run.json");
+        if !card.is_file() {
+            let reason = "not a run folder: `metal reproduce` and `metal run` write one (run.json is missing)".to_owned();
+            return Err(StoreError::Damaged { path: root.to_path_buf(), reason });
+        }
+        Ok(store)
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// A file in the folder.
+    #[must_use]
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.root.join(name)
+    }
+
+    /// Writes `bytes` to `name`: a reader sees the old file or the new one, never half of one.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StoreError> {
+        let path = self.path(name);
+        if let Some(parent) = path.parent() {
+            std::fs::create_dir_all(parent).map_err(|e| at(parent, e))?;
+        }
+        let draft = path.with_extension("tmp");
+        let mut file = std::fs::File::create(&draft).map_err(|e| at(&draft, e))?;
+        file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|e| at(&draft, e))?;
+        std::fs::rename(&draft, &path).map_err(|e| at(&path, e))
+    }
+
+    /// Writes the plan and the card of a run.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn write_run(&self, plan: &Plan, card: &RunCard) -> Result<(), StoreError> {
+        let damaged = |name: &str, reason: String| StoreError::Damaged { path: self.path(name), reason };
+        let text = toml::to_string(&plan.file).map_err(|e| damaged("plan.toml", e.to_string()))?;
+        self.write("plan.toml", text.as_bytes())?;
+        let card = serde_json::to_string_pretty(card).map_err(|e| damaged("run.json", e.to_string()))?;
+        self.write("run.json", card.as_bytes())
+    }
+
+    /// Reads the plan and the card of a run.
+    ///
+    /// # Errors
+    /// If a file is missing or damaged.
+    pub fn read_run(&self) -> Result<(Plan, RunCard), StoreError> {
+        let plan = plan::load(&self.path("plan.toml"), &[])?;
+        let path = self.path("run.json");
+        let text = std::fs::read_to_string(&path).map_err(|e| at(&path, e))?;
+        let card = serde_json::from_str(&text).map_err(|e| StoreError::Damaged { path, reason: e.to_string() })?;
+        Ok((plan, card))
+    }
+
+    fn mind_name(seed: usize, phase: &str) -> String {
+        format!("minds/seed-{seed}/{phase}.mind")
+    }
+
+    /// Writes the minds that `phase` left behind.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn write_mind(&self, seed: usize, phase: &str, mind: &FrozenMind) -> Result<(), StoreError> {
+        let name = Self::mind_name(seed, phase);
+        let damaged = |e: postcard::Error| StoreError::Damaged { path: self.path(&name), reason: e.to_string() };
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(postcard::to_stdvec(mind).map_err(damaged)?);
+        self.write(&name, &bytes)
+    }
+
+    /// Reads the minds that `phase` left behind.
+    ///
+    /// # Errors
+    /// If the file is missing, damaged, or does not fit the plan.
+    pub fn read_mind(&self, plan: &Plan, seed: usize, phase: &str) -> Result<Mind, StoreError> {
+        let path = self.path(&Self::mind_name(seed, phase));
+        let bytes = std::fs::read(&path).map_err(|e| at(&path, e))?;
+        let damaged = |reason: String| StoreError::Damaged { path: path.clone(), reason };
+        let Some(body) = bytes.strip_prefix(MAGIC.as_slice()) else {
+            return Err(damaged("not a mind file".into()));
+        };
+        let frozen: FrozenMind = postcard::from_bytes(body).map_err(|e| damaged(e.to_string()))?;
+        Mind::thaw(plan, &frozen).map_err(|source| StoreError::Learner { path: path.clone(), source })
+    }
+}
+
+fn at(path: &Path, source: std::io::Error) -> StoreError {
+    StoreError::File { path: path.to_path_buf(), source }
+}
+
+/// One row of `records.csv`: an evaluation run.
+#[derive(Debug, Serialize)]
+struct RecordRow<'a> {
+    policy: &'a str,
+    roads: &'a str,
+    scenario: &'a str,
+    seed: usize,
+    run: usize,
+    steps: usize,
+    motor: f64,
+    perceptual: f64,
+    looks: usize,
+    accident: bool,
+    contact_steps: usize,
+    accidents_own_fault: usize,
+    accidents_other_fault: usize,
+    off_road_share: Option<f64>,
+    turn_change_rad_per_step: Option<f64>,
+    speed_change_share: Option<f64>,
+    lane_offset_m: Option<f64>,
+    speed_mps: f64,
+}
+
+/// Where a list of runs belongs.
+#[derive(Clone, Copy, Debug)]
+pub struct RecordKey<'a> {
+    /// Policy.
+    pub policy: &'a str,
+    /// Roads.
+    pub roads: &'a str,
+    /// Scenario.
+    pub scenario: &'a str,
+}
+
+/// Per-run records as CSV; costs are sums over a run's motor steps.
+///
+/// # Errors
+/// If a record cannot be written (a bug in the table's shape).
+pub fn records_csv<'a>(
+    tables: impl Iterator<Item = (RecordKey<'a>, &'a Vec<Vec<EpisodeRecord>>)>,
+) -> Result<Vec<u8>, csv::Error> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    for (key, seeds) in tables {
+        for (seed, runs) in seeds.iter().enumerate() {
+            for (run, r) in runs.iter().enumerate() {
+                csv.serialize(row(key, (seed, run), r))?;
+            }
+        }
+    }
+    csv.into_inner().map_err(|e| csv::Error::from(std::io::Error::other(e.to_string())))
+}
+
+fn row<'a>(key: RecordKey<'a>, (seed, run): (usize, usize), r: &EpisodeRecord) -> RecordRow<'a> {
+    RecordRow {
+        policy: key.policy,
+        roads: key.roads,
+        scenario: key.scenario,
+        seed,
+        run,
+        steps: r.steps(),
+        motor: r.motor,
+        perceptual: r.perceptual,
+        looks: r.look_count(),
+        accident: r.driving.accident,
+        contact_steps: r.driving.contact_steps,
+        accidents_own_fault: r.driving.accidents_own_fault,
+        accidents_other_fault: r.driving.accidents_other_fault,
+        off_road_share: r.driving.off_road_share,
+        turn_change_rad_per_step: r.driving.turn_change_rad_per_step,
+        speed_change_share: r.driving.speed_change_share,
+        lane_offset_m: r.driving.lane_offset_m,
+        speed_mps: r.speed_mps,
+    }
+}

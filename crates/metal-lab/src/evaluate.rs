@@ -3,7 +3,7 @@
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
 use crate::progress::Progress;
-use crate::registry::Roads;
+use crate::registry::{Roads, roads_name};
 use crate::trace::{EpisodeRecord, Trace};
 use crate::train::RunError;
 use metal_rl::observe::{Observer, Step};
@@ -67,7 +67,7 @@ pub fn watch(
     let mut policy = candidate.mind.policy(plan, candidate.acting, candidate.roster, candidate.blind);
     let mut members = candidate.mind.members.clone();
     let phase = Phase::evaluation(&course.scenario, candidate.roster, course.runs);
-    let streams = streams.child("evaluation").child(&course.roads.to_string()).child(&course.scenario);
+    let streams = streams.child("evaluation").child(&roads_name(&course.roads)).child(&course.scenario);
     let mut stage = Stage {
         environment: environment.as_mut(),
         members: &mut members,

@@ -1,8 +1,21 @@
-//! Experiments as data, and what becomes of them: the numbers of a run (`results.json`), the paper's printed numbers
-//! to set beside them, figures as SVG, and the self-contained HTML report.
+//! Experiments as data, and what becomes of them: plans, training and testing over seeds, statistics, the numbers of a
+//! run (`results.json`), the paper's printed numbers beside them, figures as SVG, and the self-contained HTML report.
 #![forbid(unsafe_code)]
+
+pub mod plan;
+pub mod registry;
+pub mod traffic;
+
+pub mod evaluate;
+pub mod mind;
+pub mod reproduce;
+pub mod trace;
+pub mod train;
 
 pub mod figures;
 pub mod paper;
 pub mod report;
 pub mod results;
+pub mod store;
+
+pub mod progress;

@@ -1,0 +1,130 @@
+//! What each command does: call the lab, print.
+
+use crate::args::{Aliasing, Arguments, Command, Eval, Reproduce, Run, Training};
+use crate::bar::{Bar, INTERRUPTED};
+use crate::table;
+use anyhow::{Context, bail};
+use clap::CommandFactory;
+use metal_lab::plan::{self, Plan};
+use metal_lab::registry::Roads;
+use metal_lab::reproduce::{Options, execute, planned_steps, quick};
+use metal_lab::{catalogue, experiments, finish, reevaluate, traffic};
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+/// Carries out a command.
+pub fn run(arguments: Arguments) -> anyhow::Result<()> {
+    match arguments.command {
+        Command::Reproduce(Reproduce { out, training }) => {
+            let plan = plan::parse(experiments::PAPER, &training.set)?;
+            learn(plan, &training, &out)
+        }
+        Command::Run(Run { file, out, training }) => learn(plan::load(&file, &training.set)?, &training, &out),
+        Command::Eval(eval) => evaluate(&eval),
+        Command::Aliasing(aliasing) => bound(&aliasing),
+        Command::List => {
+            print!("{}", catalogue::text());
+            Ok(())
+        }
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Arguments::command(), "metal", &mut std::io::stdout());
+            Ok(())
+        }
+        Command::TrainTraffic { out } => train_traffic(&out),
+    }
+}
+
+/// Ctrl-C asks politely first: the phase that runs is finished, then everything stops.
+fn listen_to_ctrl_c() -> anyhow::Result<()> {
+    ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("\nmetal: stopping at the end of this phase; press Ctrl-C again to stop at once");
+    })
+    .context("cannot listen to Ctrl-C")
+}
+
+fn use_threads(threads: usize) -> anyhow::Result<()> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("cannot start the threads")
+}
+
+fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
+    use_threads(training.threads)?;
+    listen_to_ctrl_c()?;
+    let plan = if training.quick { Plan::check(quick::shrink(plan.file))? } else { plan };
+    let seeds = if training.quick { training.seeds.min(2) } else { training.seeds };
+    let options = Options {
+        seeds: seeds as usize,
+        seed: training.seed,
+        quick: training.quick,
+        all_subsets: training.all_subsets,
+    };
+    let store = metal_lab::store::Store::create(out)?;
+    let bar = Bar::new(planned_steps(&plan, &options) as u64);
+    let outcome = execute(plan, options, &bar);
+    bar.finish();
+    let outcome = outcome.with_context(|| format!("nothing was written to {}", out.display()))?;
+    let results = finish::write(&outcome, &store)?;
+    if training.json {
+        println!("{}", serde_json::to_string_pretty(&results)?);
+        return Ok(());
+    }
+    let scenario = outcome.plan.file.environment.training_scenario();
+    table::print(&results.policies, &scenario);
+    if results.quick {
+        println!("\nquick run: budgets were cut, these numbers only show that everything works");
+    }
+    println!("\nreport:  {}", store.path("report.html").display());
+    println!("numbers: {}", store.path("results.json").display());
+    Ok(())
+}
+
+fn evaluate(eval: &Eval) -> anyhow::Result<()> {
+    use_threads(0)?;
+    let roads = roads(eval)?;
+    let store = metal_lab::store::Store::open(&eval.run)?;
+    let results = reevaluate::on(&store, &roads, eval.runs)?;
+    if eval.json {
+        println!("{}", serde_json::to_string_pretty(&results)?);
+        return Ok(());
+    }
+    for scenario in results.policies.values().next().into_iter().flat_map(|s| s.keys()) {
+        table::print(&results.policies, scenario);
+        println!();
+    }
+    Ok(())
+}
+
+fn roads(eval: &Eval) -> anyhow::Result<Roads> {
+    if !eval.road_seed.is_empty() {
+        return Ok(Roads::Seeds(eval.road_seed.clone()));
+    }
+    Ok(match eval.roads.as_str() {
+        "training" => Roads::Training,
+        "validation" => Roads::Validation,
+        "test" => Roads::Test,
+        other => bail!("--roads {other}: training, validation or test (or --road-seed N …)"),
+    })
+}
+
+fn bound(request: &Aliasing) -> anyhow::Result<()> {
+    let bound = metal_lab::aliasing_bound(request.q, request.k, request.actions)?;
+    if request.json {
+        println!("{}", serde_json::to_string_pretty(&bound)?);
+        return Ok(());
+    }
+    println!("q = {}, k = {}, |A| = {}", request.q, request.k, request.actions);
+    println!("p0            {:.6e}   equal supports of one action, Eq. (22)", bound.collision);
+    println!("p0^|A|        {:.6e}   all actions, Eq. (26): the paper's figure", bound.all_actions);
+    println!("p0^(|A|-1)    {:.6e}   supports sum to 1, so one action is not free", bound.free_actions);
+    Ok(())
+}
+
+fn train_traffic(out: &Path) -> anyhow::Result<()> {
+    listen_to_ctrl_c()?;
+    let bar = Bar::new(traffic::planned_steps()? as u64);
+    let bytes = traffic::train(&bar);
+    bar.finish();
+    std::fs::write(out, bytes?).with_context(|| format!("cannot write {}", out.display()))
+}

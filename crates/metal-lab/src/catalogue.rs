@@ -1,0 +1,49 @@
+//! What there is to choose from: `metal list`.
+
+use std::fmt::Write;
+
+/// Kind, name in an experiment file, what it is.
+const ENTRIES: [(&str, &str, &str); 26] = [
+    ("environment", "highway", "Highway-v0: the miniature two-lane highway of the paper, seven priced sensors"),
+    ("environment", "maze", "Maze-v0: the n x n maze of Eq. (14), two sensors, X and Y"),
+    ("environment", "puddle", "Puddle-v0: the usual proving ground of continuous reinforcement learning"),
+    ("environment", "toy", "Toy-v0: seven experts and one move; the optimum is known exactly"),
+    ("learner", "absp", "Bayesian continuous Q-learning, action-based soft partition by Gaussians (the paper's family)"),
+    ("learner", "bayes_mix", "the same partition with Normal-Gamma values: knows how unsure it is"),
+    ("learner", "igmn", "incremental Gaussian network over state and value, corrected"),
+    ("learner", "tile", "tile coding"),
+    ("learner", "mlp", "a small neural network with replay"),
+    ("learner", "given", "no learning: the sensor's reading is the expert's opinion"),
+    ("acting", "\"advisor\"", "the environment's expert advisor (Phase I; the oracle)"),
+    ("acting", "{ solo = MEMBER }", "one member alone: the full observer, a fixed subset of sensors"),
+    ("acting", "{ fusion = FUSER }", "the whole roster through a fuser (Phase II)"),
+    ("acting", "{ attention = NAME }", "an attention controller (Phase III)"),
+    ("acting", "{ random_looks = MEAN }", "as many looks on average, at nobody in particular"),
+    ("acting", "\"blind\"", "the best constant action"),
+    ("fuser", "max_confidence", "the most confident agent decides, Eq. (7)"),
+    ("fuser", "log_opinion_pool", "independent evidence multiplies"),
+    ("fuser", "weighted_log_opinion_pool", "the same with a weight per agent"),
+    ("fuser", "sum", "mean support"),
+    ("fuser", "product", "product of supports"),
+    ("fuser", "borda", "rank points"),
+    ("fuser", "majority", "one vote per agent"),
+    ("fuser", "owa", "ordered weighted average"),
+    ("experiment", "experiments/paper.toml", "every phase, figure and table of the paper (`metal reproduce`)"),
+    ("experiment", "experiments/toy.toml", "attention control against its exact optimum"),
+];
+
+/// The list as text, grouped by kind.
+#[must_use]
+pub fn text() -> String {
+    let width = ENTRIES.iter().map(|(_, name, _)| name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    let mut last = "";
+    for (kind, name, what) in ENTRIES {
+        if kind != last {
+            let _ = writeln!(text, "{}{kind}s", if last.is_empty() { "" } else { "\n" });
+            last = kind;
+        }
+        let _ = writeln!(text, "  {name:width$}  {what}");
+    }
+    text
+}

@@ -1,0 +1,8 @@
+//! The experiment files that come with the program.
+
+/// Every experiment of the paper, in one file.
+pub const PAPER: &str = include_str!("../../../experiments/paper.toml");
+/// How the red cars of `Highway-v0` learned to drive.
+pub const TRAFFIC: &str = include_str!("../../../experiments/traffic.toml");
+/// Attention control where the best possible is known.
+pub const TOY: &str = include_str!("../../../experiments/toy.toml");

@@ -1,0 +1,81 @@
+//! Testing the minds of a finished run again, on any roads.
+
+use crate::evaluate::{Candidate, Course, test};
+use crate::mind::Mind;
+use crate::plan::Plan;
+use crate::progress::Silent;
+use crate::registry::{Roads, roads_name};
+use crate::reproduce::table::cell;
+use crate::results::{Results, SCHEMA, Scenarios};
+use crate::store::{RunCard, Store};
+use metal_rl::random::Streams;
+use rayon::prelude::*;
+
+/// What kept minds from being tested.
+#[derive(Debug, thiserror::Error)]
+pub enum ReevaluateError {
+    /// The run folder.
+    #[error(transparent)]
+    Store(#[from] crate::store::StoreError),
+    /// The world.
+    #[error(transparent)]
+    Run(#[from] crate::train::RunError),
+    /// The learners.
+    #[error(transparent)]
+    Learner(#[from] metal_rl::learner::LearnerError),
+}
+
+/// Tests every policy of the run in `store` on `roads`, `runs` per scenario and seed.
+///
+/// # Errors
+/// If the run folder is damaged or a world fails.
+pub fn on(store: &Store, roads: &Roads, runs: usize) -> Result<Results, ReevaluateError> {
+    let (plan, card) = store.read_run()?;
+    let mut results = Results {
+        schema: SCHEMA,
+        quick: card.quick,
+        seeds: card.seeds as u32,
+        roads: roads_name(roads),
+        ..Results::default()
+    };
+    for name in plan.file.policy.keys() {
+        let minds = minds(store, &plan, &card, name)?;
+        results.policies.insert(name.clone(), scenarios(&plan, &card, (name, &minds), (roads, runs))?);
+    }
+    Ok(results)
+}
+
+/// The minds of a policy, one per seed.
+fn minds(store: &Store, plan: &Plan, card: &RunCard, policy: &str) -> Result<Vec<Mind>, ReevaluateError> {
+    let after = &plan.file.policy[policy].after;
+    (0..card.seeds)
+        .map(|seed| match after {
+            Some(phase) => Ok(store.read_mind(plan, seed, phase)?),
+            None => Ok(Mind::newborn(plan, &Streams::new(card.seed))?),
+        })
+        .collect()
+}
+
+fn scenarios(
+    plan: &Plan,
+    card: &RunCard,
+    (policy, minds): (&str, &[Mind]),
+    (roads, runs): (&Roads, usize),
+) -> Result<Scenarios, ReevaluateError> {
+    let row = &plan.file.policy[policy];
+    let mut scenarios = Scenarios::new();
+    for scenario in plan.scenarios() {
+        let course = Course { scenario: scenario.clone(), roads: roads.clone(), runs };
+        let seeds: Vec<usize> = (0..card.seeds).collect();
+        let runs = seeds
+            .par_iter()
+            .map(|&seed| {
+                let roster = plan.roster(&row.roster);
+                let candidate = Candidate { plan, mind: &minds[seed], acting: &row.acting, roster, blind: card.blind };
+                test(&candidate, &course, &Streams::new(card.seed).child("report").nth(seed as u64), &Silent)
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        scenarios.insert(scenario, cell(&runs));
+    }
+    Ok(scenarios)
+}

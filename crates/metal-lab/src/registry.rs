@@ -1,0 +1,120 @@
+//! The only place where names become worlds.
+
+use crate::traffic;
+use metal_rl::environment::Environment;
+use metal_worlds::highway::{Highway, HighwayConfig, RoadSet, Scenario};
+use metal_worlds::maze::{Maze, MazeConfig};
+use metal_worlds::puddle::Puddle;
+use metal_worlds::toy::Toy;
+use serde::{Deserialize, Serialize};
+
+pub use metal_worlds::highway::RoadSet as Roads;
+
+/// A world and its settings, as written in an experiment file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EnvironmentConfig {
+    /// The miniature two-lane highway of the paper (`Highway-v0`).
+    Highway(HighwayConfig),
+    /// The maze of Eq. (14) with its two tiny agents, X and Y.
+    Maze(MazeConfig),
+    /// Puddle world: the usual proving ground of continuous reinforcement learning.
+    Puddle(NoSettings),
+    /// Seven experts and one move: attention control with a known optimum.
+    Toy(NoSettings),
+}
+
+/// A world without settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoSettings {}
+
+/// Why a world could not be built.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct WorldError(pub String);
+
+/// The scenario of worlds that have only one.
+const ONLY: &str = "mix";
+
+impl EnvironmentConfig {
+    /// The world itself.
+    ///
+    /// # Errors
+    /// If its settings are impossible.
+    pub fn build(&self) -> Result<Box<dyn Environment>, WorldError> {
+        let refuse = |e: &dyn std::fmt::Display| WorldError(e.to_string());
+        Ok(match self {
+            Self::Highway(config) => Box::new(self::highway(config)?),
+            Self::Maze(config) => Box::new(Maze::new(config.clone()).map_err(|e| refuse(&e))?),
+            Self::Puddle(_) => Box::new(Puddle::new()),
+            Self::Toy(_) => Box::new(Toy::new()),
+        })
+    }
+
+    /// Names of its scenarios, the one of learning first.
+    #[must_use]
+    pub fn scenarios(&self) -> Vec<String> {
+        match self {
+            Self::Highway(_) => Scenario::ALL.iter().map(|s| s.name().to_owned()).collect(),
+            _ => vec![ONLY.to_owned()],
+        }
+    }
+
+    /// The scenario that is learned in.
+    #[must_use]
+    pub fn training_scenario(&self) -> String {
+        match self {
+            Self::Highway(config) => config.scenario.name().to_owned(),
+            _ => ONLY.to_owned(),
+        }
+    }
+
+    /// Switches the scenario, where there are several and `name` is one of them.
+    pub fn set_scenario(&mut self, name: &str) {
+        if let Self::Highway(config) = self {
+            if let Some(scenario) = Scenario::ALL.iter().find(|s| s.name() == name) {
+                config.scenario = *scenario;
+            }
+        }
+    }
+
+    /// Moves to other roads, where there are roads.
+    pub fn set_roads(&mut self, roads: &RoadSet) {
+        if let Self::Highway(config) = self {
+            config.roads = roads.clone();
+        }
+    }
+
+    /// The kinds of roads a full test drives on.
+    #[must_use]
+    pub fn road_sets(&self) -> Vec<RoadSet> {
+        match self {
+            Self::Highway(_) => vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test],
+            _ => vec![RoadSet::Training],
+        }
+    }
+}
+
+/// The highway with its trained traffic, as its own type: figures draw it.
+///
+/// # Errors
+/// If its settings are impossible.
+pub fn highway(config: &HighwayConfig) -> Result<Highway, WorldError> {
+    let refuse = |e: &dyn std::fmt::Display| WorldError(e.to_string());
+    Highway::new(config.clone(), traffic::driver()).map_err(|e| refuse(&e))
+}
+
+/// Name of a set of roads in results and on the command line.
+#[must_use]
+pub fn roads_name(roads: &RoadSet) -> String {
+    match roads {
+        RoadSet::Training => "training".to_owned(),
+        RoadSet::Validation => "validation".to_owned(),
+        RoadSet::Test => "test".to_owned(),
+        RoadSet::Seeds(seeds) => {
+            let seeds: Vec<String> = seeds.iter().map(u64::to_string).collect();
+            format!("seeds:{}", seeds.join(","))
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! `--quick`: the same experiment with budgets so small that its numbers only show that everything works.
+
+use crate::plan::file::PlanFile;
+use metal_rl::phase::Budget;
+
+/// Divides every budget: phases to a fortieth, tests to a few runs, screening to singles' worth of steps.
+#[must_use]
+pub fn shrink(mut file: PlanFile) -> PlanFile {
+    for phase in file.phase.values_mut() {
+        phase.budget = match phase.budget {
+            Budget::Episodes(n) => Budget::Episodes((n / 40).max(4)),
+            Budget::Steps(n) => Budget::Steps(n),
+        };
+    }
+    file.evaluation.runs = file.evaluation.runs.min(20);
+    if let Some(subsets) = &mut file.subsets {
+        subsets.screening_seeds = 1;
+        subsets.screening_runs = subsets.screening_runs.min(5);
+        subsets.confirmed = subsets.confirmed.min(1);
+    }
+    file
+}

@@ -4,4 +4,5 @@
 
 pub mod figures;
 pub mod paper;
+pub mod report;
 pub mod results;

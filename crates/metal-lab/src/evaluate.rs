@@ -1,0 +1,137 @@
+//! Testing trained minds: greedy, nobody learns, every policy on the same starts, traffic and noise.
+
+use crate::mind::Mind;
+use crate::plan::{Acting, Plan};
+use crate::progress::Progress;
+use crate::registry::Roads;
+use crate::trace::{EpisodeRecord, Trace};
+use crate::train::RunError;
+use metal_rl::observe::{Observer, Step};
+use metal_rl::phase::Phase;
+use metal_rl::random::Streams;
+use metal_rl::run::{Stage, run};
+use metal_rl::set::IndexSet;
+
+/// Somebody to be tested.
+pub struct Candidate<'a> {
+    /// The experiment.
+    pub plan: &'a Plan,
+    /// The mind that was trained.
+    pub mind: &'a Mind,
+    /// Who is at the wheel.
+    pub acting: &'a Acting,
+    /// Who may be consulted.
+    pub roster: IndexSet,
+    /// The action of a blind driver.
+    pub blind: usize,
+}
+
+/// Where and how long somebody is tested.
+#[derive(Clone, Debug)]
+pub struct Course {
+    /// Scenario, as the environment names it.
+    pub scenario: String,
+    /// Roads, where the environment has them.
+    pub roads: Roads,
+    /// Number of runs.
+    pub runs: usize,
+}
+
+/// Runs `candidate` over `course`; the same `streams` give every candidate the same episodes.
+///
+/// # Errors
+/// If the world cannot be built or fails.
+pub fn test(
+    candidate: &Candidate<'_>,
+    course: &Course,
+    streams: &Streams,
+    progress: &dyn Progress,
+) -> Result<Vec<EpisodeRecord>, RunError> {
+    let mut watcher = Watcher { trace: Trace::new(&candidate.plan.spec), progress };
+    watch(candidate, course, streams, &mut watcher)?;
+    Ok(watcher.trace.episodes)
+}
+
+/// As [`test`], under the eyes of any observer.
+///
+/// # Errors
+/// If the world cannot be built or fails.
+pub fn watch(
+    candidate: &Candidate<'_>,
+    course: &Course,
+    streams: &Streams,
+    observer: &mut dyn Observer,
+) -> Result<(), RunError> {
+    let plan = candidate.plan;
+    let mut environment = plan.environment(&course.scenario, Some(&course.roads)).build()?;
+    let mut policy = candidate.mind.policy(plan, candidate.acting, candidate.roster, candidate.blind);
+    let mut members = candidate.mind.members.clone();
+    let phase = Phase::evaluation(&course.scenario, candidate.roster, course.runs);
+    let streams = streams.child("evaluation").child(&course.roads.to_string()).child(&course.scenario);
+    let mut stage = Stage {
+        environment: environment.as_mut(),
+        members: &mut members,
+        policy: policy.as_mut(),
+        scaling: plan.file.scaling,
+    };
+    run(&mut stage, &phase, &streams, observer)?;
+    Ok(())
+}
+
+struct Watcher<'a> {
+    trace: Trace,
+    progress: &'a dyn Progress,
+}
+
+impl Observer for Watcher<'_> {
+    fn on_step(&mut self, step: &Step<'_>) {
+        self.trace.on_step(step);
+    }
+
+    fn on_episode(&mut self, episode: usize, progress: f64) {
+        self.trace.on_episode(episode, progress);
+        self.progress.steps(self.trace.last_episode_steps());
+    }
+}
+
+/// The best constant motor action: the blind baseline, chosen on the validation roads of `course`.
+///
+/// # Errors
+/// If the world cannot be built or fails.
+pub fn best_blind_action(
+    plan: &Plan,
+    mind: &Mind,
+    course: &Course,
+    streams: &Streams,
+    progress: &dyn Progress,
+) -> Result<usize, RunError> {
+    let mut totals = Vec::new();
+    for action in 0..plan.spec.actions.len() {
+        let candidate = Candidate { plan, mind, acting: &Acting::Blind, roster: IndexSet::EMPTY, blind: action };
+        let runs = test(&candidate, course, streams, progress)?;
+        totals.push(runs.iter().map(|r| r.motor).sum::<f64>());
+    }
+    Ok(metal_rl::num::argmax(&totals))
+}
+
+/// The measures of a set of runs: name and mean over the runs. Units and signs: `docs/results-json.md`.
+#[must_use]
+pub fn measures(runs: &[EpisodeRecord]) -> Vec<(&'static str, f64)> {
+    let n = runs.len().max(1) as f64;
+    let mean = |f: &dyn Fn(&EpisodeRecord) -> f64| runs.iter().map(f).sum::<f64>() / n;
+    let share = |f: &dyn Fn(&EpisodeRecord) -> bool| mean(&|r| f64::from(u8::from(f(r))));
+    vec![
+        ("total", mean(&|r| r.per_step(r.motor + r.perceptual))),
+        ("motor", mean(&|r| r.per_step(r.motor))),
+        ("perceptual", mean(&|r| r.per_step(r.perceptual))),
+        ("looks", mean(&|r| r.per_step(r.look_count() as f64))),
+        ("accident_rate", share(&|r| r.driving.accident)),
+        ("fault_rate", share(&|r| r.driving.accidents_own_fault > 0)),
+        ("contact_steps", mean(&|r| r.driving.contact_steps as f64)),
+        ("off_road_rate", mean(&|r| r.driving.off_road_share.unwrap_or(0.0))),
+        ("path_smoothness", mean(&|r| r.driving.turn_change_rad_per_step.unwrap_or(0.0))),
+        ("speed_smoothness", mean(&|r| r.driving.speed_change_share.unwrap_or(0.0))),
+        ("lane_offset", mean(&|r| r.driving.lane_offset_m.unwrap_or(0.0))),
+        ("speed", mean(&|r| r.speed_mps)),
+    ]
+}

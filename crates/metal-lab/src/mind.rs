@@ -1,0 +1,161 @@
+//! A mind: the members of a plan and its attention controllers, newborn, trained, frozen or thawed.
+
+use crate::plan::{Acting, Plan};
+use metal_rl::environment::EnvironmentSpec;
+use metal_rl::fuse::Fuser;
+use metal_rl::learner::{Dims, LearnerError};
+use metal_rl::member::{Member, decision_dims};
+use metal_rl::policies::attention::{Consultable, learner_dims};
+use metal_rl::policies::{Advisor, Attention, Blind, Fusion, RandomLooks, Solo};
+use metal_rl::policy::Policy;
+use metal_rl::random::Streams;
+use metal_rl::set::IndexSet;
+use metal_rl::view::View;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Members and attention controllers.
+#[derive(Clone)]
+pub struct Mind {
+    /// Members, in the order of the plan.
+    pub members: Vec<Member>,
+    /// Attention controllers, each born when its phase begins.
+    pub attention: BTreeMap<String, Attention>,
+}
+
+/// A mind as bytes: learners by the name of their owner.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrozenMind {
+    /// Format version.
+    pub version: u32,
+    /// Members' learners.
+    pub members: BTreeMap<String, Vec<u8>>,
+    /// Attention controllers' learners, with the roster each was born for.
+    pub attention: BTreeMap<String, (Vec<String>, Vec<u8>)>,
+}
+
+/// Version of [`FrozenMind`].
+pub const FROZEN_VERSION: u32 = 1;
+
+impl Mind {
+    /// The newborn mind of `plan`; every learner's own randomness comes from `streams`.
+    ///
+    /// # Errors
+    /// If a learner refuses its settings.
+    pub fn newborn(plan: &Plan, streams: &Streams) -> Result<Self, LearnerError> {
+        let mut members = Vec::new();
+        for m in &plan.members {
+            let view = View::new(&plan.spec, &m.sensors);
+            let dims = Dims { inputs: view.dims(), choices: plan.spec.actions.len() };
+            let learner = m.learner.build(dims, streams.child("member").child(&m.name).seed())?;
+            members.push(Member { name: m.name.clone(), view, learner });
+        }
+        Ok(Self { members, attention: BTreeMap::new() })
+    }
+
+    /// Gives birth to the attention controller `name` over `roster`, if it is not there yet.
+    ///
+    /// # Errors
+    /// If its learner refuses its settings.
+    pub fn bear_attention(
+        &mut self,
+        plan: &Plan,
+        name: &str,
+        roster: IndexSet,
+        streams: &Streams,
+    ) -> Result<(), LearnerError> {
+        if self.attention.contains_key(name) {
+            return Ok(());
+        }
+        let (dims, config) = self.attention_shape(plan, name, roster);
+        let learner = config.build(dims, streams.child("attention").child(name).seed())?;
+        self.insert_attention(plan, name, roster, learner);
+        Ok(())
+    }
+
+    fn attention_shape(&self, plan: &Plan, name: &str, roster: IndexSet) -> (Dims, metal_rl::learners::LearnerConfig) {
+        let row = &plan.file.attention[name];
+        let members: Vec<usize> = roster.iter().collect();
+        let dims = learner_dims(&row.settings, &decision_dims(&self.members, &plan.spec), &members);
+        (dims, plan.file.learner[&row.learner].clone())
+    }
+
+    fn insert_attention(
+        &mut self,
+        plan: &Plan,
+        name: &str,
+        roster: IndexSet,
+        learner: Box<dyn metal_rl::learner::Learner>,
+    ) {
+        let members: Vec<usize> = roster.iter().collect();
+        let prices = members.iter().map(|&m| self.members[m].price(&plan.spec)).collect();
+        let dims = decision_dims(&self.members, &plan.spec);
+        let settings = plan.file.attention[name].settings.clone();
+        let attention = Attention::new(settings, learner, &dims, Consultable { members, prices });
+        self.attention.insert(name.to_owned(), attention);
+    }
+
+    /// Puts somebody at the wheel. An attention controller must have been born.
+    ///
+    /// # Panics
+    /// If the plan names an attention controller that was never born (a checked plan does not).
+    #[must_use]
+    pub fn policy(&self, plan: &Plan, acting: &Acting, roster: IndexSet, blind: usize) -> Box<dyn Policy> {
+        let actions = plan.spec.actions.len();
+        match acting {
+            Acting::Advisor => Box::new(Advisor),
+            Acting::Solo(name) => Box::new(Solo::new(plan.member(name).expect("checked plan"), actions)),
+            Acting::Fusion(fuser) => Box::new(Fusion::new(fuser.clone(), roster, actions)),
+            Acting::Attention(name) => Box::new(self.attention[name].clone()),
+            Acting::RandomLooks(mean) => Box::new(RandomLooks::new(Fuser::MaxConfidence, roster, *mean, actions)),
+            Acting::Blind => Box::new(Blind { action: blind }),
+        }
+    }
+
+    /// All learners as bytes.
+    #[must_use]
+    pub fn freeze(&self, attention_rosters: &BTreeMap<String, Vec<String>>) -> FrozenMind {
+        let members = self.members.iter().map(|m| (m.name.clone(), m.learner.freeze())).collect();
+        let attention = self
+            .attention
+            .iter()
+            .map(|(name, a)| {
+                let roster = attention_rosters.get(name).cloned().unwrap_or_default();
+                (name.clone(), (roster, a.learner().freeze()))
+            })
+            .collect();
+        FrozenMind { version: FROZEN_VERSION, members, attention }
+    }
+
+    /// The mind of `plan` with the learners of `frozen`.
+    ///
+    /// # Errors
+    /// If bytes are damaged or a member is missing.
+    pub fn thaw(plan: &Plan, frozen: &FrozenMind) -> Result<Self, LearnerError> {
+        let damaged = |reason: String| LearnerError::Frozen { learner: "mind", reason };
+        if frozen.version != FROZEN_VERSION {
+            return Err(damaged(format!("version {}, this program reads {FROZEN_VERSION}", frozen.version)));
+        }
+        let mut mind = Self::newborn(plan, &Streams::new(0))?;
+        for (member, row) in mind.members.iter_mut().zip(&plan.members) {
+            let Some(bytes) = frozen.members.get(&member.name) else {
+                return Err(damaged(format!("member `{}` is missing", member.name)));
+            };
+            member.learner = row.learner.thaw(bytes)?;
+        }
+        for (name, (roster, bytes)) in &frozen.attention {
+            if !plan.file.attention.contains_key(name) {
+                return Err(damaged(format!("attention `{name}` is not in the plan")));
+            }
+            let roster = plan.roster(roster);
+            let (dims, config) = mind.attention_shape(plan, name, roster);
+            let learner = config.thaw(bytes)?;
+            if learner.dims() != dims {
+                return Err(damaged(format!("attention `{name}` has another shape than the plan")));
+            }
+            mind.insert_attention(plan, name, roster, learner);
+        }
+        Ok(mind)
+    }
+
+}

@@ -1,0 +1,73 @@
+//! From runs to the tables: means per seed, then a Student interval over seeds.
+
+use crate::evaluate::measures;
+use crate::results::{Costs, Estimate, Measures, Table2Cell};
+use crate::trace::EpisodeRecord;
+use metal_rl::measure::statistics::student;
+
+/// Runs of one policy in one scenario on one set of roads: one list per seed.
+pub type RunsBySeed = Vec<Vec<EpisodeRecord>>;
+
+/// An estimate over seeds; NaN without values.
+#[must_use]
+pub fn over_seeds(values: &[f64]) -> Estimate {
+    student(values).map_or_else(|| Estimate::point(f64::NAN, 0), |e| Estimate { mean: e.mean, lo: e.lo, hi: e.hi, n: e.n as u64 })
+}
+
+/// One cell of the main table: every measure, mean per seed, interval over seeds.
+#[must_use]
+pub fn cell(runs: &RunsBySeed) -> Measures {
+    let per_seed: Vec<Vec<(&str, f64)>> = runs.iter().map(|r| measures(r)).collect();
+    let names = per_seed.first().map_or(&[][..], Vec::as_slice).iter().map(|(name, _)| *name);
+    names
+        .enumerate()
+        .map(|(i, name)| {
+            let values: Vec<f64> = per_seed.iter().map(|m| m[i].1).collect();
+            (name.to_owned(), over_seeds(&values))
+        })
+        .collect()
+}
+
+/// One cell of Table 2: runs parted by accident. Intervals are over runs here, as the paper's cells are of runs.
+#[must_use]
+pub fn table2_cell(runs: &[&EpisodeRecord]) -> Table2Cell {
+    let accident: Vec<&EpisodeRecord> = runs.iter().copied().filter(|r| r.driving.accident).collect();
+    let peace: Vec<&EpisodeRecord> = runs.iter().copied().filter(|r| !r.driving.accident).collect();
+    Table2Cell {
+        runs: runs.len() as u64,
+        accidents: accident.len() as u64,
+        all: costs(runs),
+        accident: (!accident.is_empty()).then(|| costs(&accident)),
+        no_accident: (!peace.is_empty()).then(|| costs(&peace)),
+    }
+}
+
+fn costs(runs: &[&EpisodeRecord]) -> Costs {
+    let over = |f: &dyn Fn(&EpisodeRecord) -> f64| over_seeds(&runs.iter().map(|r| r.per_step(f(r))).collect::<Vec<_>>());
+    Costs { motor: over(&|r| r.motor), perceptual: over(&|r| r.perceptual), total: over(&|r| r.motor + r.perceptual) }
+}
+
+/// Ratio of total costs, mean over scenarios, paired by seed; `ours` and `theirs`: scenario → seed → runs.
+#[must_use]
+pub fn ratio(ours: &[&RunsBySeed], theirs: &[&RunsBySeed]) -> Option<Estimate> {
+    let seeds = ours.first()?.len();
+    let mut ratios = Vec::new();
+    for seed in 0..seeds {
+        let mut sum = 0.0;
+        for (a, b) in ours.iter().zip(theirs) {
+            let (a, b) = (total(&a[seed]), total(b.get(seed)?));
+            if b >= 0.0 {
+                return None;
+            }
+            sum += a / b;
+        }
+        ratios.push(sum / ours.len() as f64);
+    }
+    Some(over_seeds(&ratios))
+}
+
+/// Mean total reward per motor step.
+#[must_use]
+pub fn total(runs: &[EpisodeRecord]) -> f64 {
+    runs.iter().map(|r| r.per_step(r.motor + r.perceptual)).sum::<f64>() / runs.len().max(1) as f64
+}

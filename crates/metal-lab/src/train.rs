@@ -1,0 +1,127 @@
+//! Training one seed: the plan's tree of phases, each from the minds its parent left behind.
+
+use crate::mind::Mind;
+use crate::plan::{Acting, Plan};
+use crate::progress::Progress;
+use crate::trace::Trace;
+use metal_rl::environment::EnvironmentError;
+use metal_rl::learner::LearnerError;
+use metal_rl::observe::{Observer, Step};
+use metal_rl::policy::Policy;
+use metal_rl::random::Streams;
+use metal_rl::run::{Stage, run};
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+/// What a phase leaves behind.
+pub struct Trained {
+    /// Minds at its end.
+    pub mind: Mind,
+    /// What happened, episode by episode.
+    pub trace: Trace,
+}
+
+/// Why a run stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// A world, a body or its link failed.
+    #[error(transparent)]
+    Environment(#[from] EnvironmentError),
+    /// A learner could not be built or thawed.
+    #[error(transparent)]
+    Learner(#[from] LearnerError),
+    /// The world could not be built.
+    #[error("environment: {0}")]
+    World(#[from] crate::registry::WorldError),
+    /// The user interrupted.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Trains one seed: every phase of the plan. Branches of the tree run in parallel; results do not depend on it.
+///
+/// # Errors
+/// The first failure of any branch.
+pub fn train_seed(plan: &Plan, streams: &Streams, progress: &dyn Progress) -> Result<BTreeMap<String, Trained>, RunError> {
+    let done = Mutex::new(BTreeMap::new());
+    let newborn = Mind::newborn(plan, streams)?;
+    let roots = children(plan, None);
+    branch(&Grove { plan, streams, progress, done: &done }, &roots, &newborn)?;
+    Ok(done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner))
+}
+
+/// What every branch needs.
+struct Grove<'a> {
+    plan: &'a Plan,
+    streams: &'a Streams,
+    progress: &'a dyn Progress,
+    done: &'a Mutex<BTreeMap<String, Trained>>,
+}
+
+fn children<'a>(plan: &'a Plan, parent: Option<&str>) -> Vec<&'a str> {
+    let names = plan.order.iter().map(String::as_str);
+    names.filter(|n| plan.file.phase[*n].after.as_deref() == parent).collect()
+}
+
+fn branch(grove: &Grove<'_>, names: &[&str], parent: &Mind) -> Result<(), RunError> {
+    use rayon::prelude::*;
+    names.par_iter().try_for_each(|name| {
+        let trained = train_phase(grove.plan, name, parent.clone(), grove.streams, grove.progress)?;
+        let mind = trained.mind.clone();
+        grove.done.lock().unwrap_or_else(std::sync::PoisonError::into_inner).insert((*name).to_owned(), trained);
+        branch(grove, &children(grove.plan, Some(name)), &mind)
+    })
+}
+
+/// Runs one phase from the minds `mind`.
+///
+/// # Errors
+/// If the world fails or a learner cannot be built.
+pub fn train_phase(
+    plan: &Plan,
+    name: &str,
+    mut mind: Mind,
+    streams: &Streams,
+    progress: &dyn Progress,
+) -> Result<Trained, RunError> {
+    let row = &plan.file.phase[name];
+    let phase = plan.phase(name);
+    let mut environment = plan.file.environment.build()?;
+    let streams = streams.child("phase").child(name);
+    let mut observer = Watcher { trace: Trace::new(&plan.spec), progress };
+    if let Acting::Attention(controller) = &row.acting {
+        mind.bear_attention(plan, controller, phase.roster, &streams)?;
+        // Taken out for the phase, so that what it learns stays with this mind.
+        let mut attention = mind.attention.remove(controller).expect("born a line above");
+        let scaling = plan.file.scaling;
+        let mut stage = Stage { environment: environment.as_mut(), members: &mut mind.members, policy: &mut attention, scaling };
+        run(&mut stage, &phase, &streams, &mut observer)?;
+        mind.attention.insert(controller.clone(), attention);
+    } else {
+        let mut policy: Box<dyn Policy> = mind.policy(plan, &row.acting, phase.roster, 0);
+        let scaling = plan.file.scaling;
+        let mut stage = Stage { environment: environment.as_mut(), members: &mut mind.members, policy: policy.as_mut(), scaling };
+        run(&mut stage, &phase, &streams, &mut observer)?;
+    }
+    if progress.interrupted() {
+        return Err(RunError::Interrupted);
+    }
+    Ok(Trained { mind, trace: observer.trace })
+}
+
+/// Writes the trace and moves the progress bar.
+struct Watcher<'a> {
+    trace: Trace,
+    progress: &'a dyn Progress,
+}
+
+impl Observer for Watcher<'_> {
+    fn on_step(&mut self, step: &Step<'_>) {
+        self.trace.on_step(step);
+    }
+
+    fn on_episode(&mut self, episode: usize, progress: f64) {
+        self.trace.on_episode(episode, progress);
+        self.progress.steps(self.trace.last_episode_steps());
+    }
+}

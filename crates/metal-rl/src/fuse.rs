@@ -29,7 +29,8 @@ impl Opinion<'_> {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Fuser {
-    /// The proposal of the most confident agent wins; of equally confident agents, the lowest. Eq. (7).
+    /// The proposal of the most confident agent wins; of equally confident agents, the lowest. Eq. (7),
+    /// reading R65.
     #[default]
     MaxConfidence,
     /// Independent evidence multiplies: soft-max of Σⱼ ln max(Pⱼ, 0.001).

@@ -1,6 +1,7 @@
 //! The n × n maze of Eq. (14) and Fig. 12: two sensors, X and Y, each of which tells one coordinate.
 //!
-//! Half the truth merges all cells of a column or a row, so aliasing can be checked by hand. Episodes end at the goal.
+//! Half the truth merges all cells of a column or a row, so aliasing can be checked by hand. Episodes end at the goal
+//! (reading R68).
 
 use metal_rl::environment::{
     End, Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome, SensorSpec,

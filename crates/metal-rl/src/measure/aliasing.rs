@@ -2,7 +2,7 @@
 //!
 //! Three kinds of numbers are easily mixed up: `features` is the k of Eqs. (13)-(16), what one tiny agent sees;
 //! `merged_states` is the k of Eqs. (22)-(26), called AliasedNo in Eq. (21): how many physical states look the same
-//! to a tiny agent; `levels` is q, the quantisation of a value.
+//! to a tiny agent; `levels` is q, the quantisation of a value, be it called q_bel or q_dec (reading R61).
 //!
 //! The paper's Eq. (24) contradicts itself and its own Table 3; the reading that reproduces all five rows is
 //! r(n, q, 1) = 1 for 0 ≤ n ≤ q − 1 and else 0, with no special rule for n = 0 (reading R60).
@@ -204,12 +204,13 @@ pub struct AliasingBound {
     pub collision: f64,
     /// p₀^|A|, the paper's figure: all actions agree, taken as independent. Eqs. (20, 26).
     pub all_actions: f64,
-    /// p₀^(|A| − 1): supports sum to 1, so the last one follows from the others. The defensible figure.
+    /// p₀^(|A| − 1): supports sum to 1, so the last one follows from the others. The defensible figure
+    /// (reading R63).
     pub free_actions: f64,
 }
 
 /// The bound for tiny agents that merge `merged_states` states, values of `levels` levels and `actions` motor
-/// actions. Eq. (20) for the one agent that can tell the states apart, Eq. (26).
+/// actions. Eq. (20) for the one agent that can tell the states apart (reading R62), Eq. (26).
 ///
 /// # Errors
 /// If `levels` < 2, `merged_states` or `actions` is 0, or the numbers are absurdly large.

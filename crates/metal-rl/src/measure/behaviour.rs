@@ -1,5 +1,5 @@
 //! Quality of the learned driving: accidents and their faults, smoothness of path and speed, keeping to the road.
-//! Sec. 3.3 (behavioural measures), Table 2.
+//! Sec. 3.3 (behavioural measures), Table 2; readings R66, R67.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,6 @@
 //! Aliasing counted in a log instead of bounded by assumption: do states that need different actions look alike in
-//! the decision space? Beside Eqs. (17)-(19), which define the case, this is what one observes.
+//! the decision space? Beside Eqs. (17)-(19), which define the case, this is what one observes
+//! (reading R64).
 
 use crate::measure::statistics::{Estimate, wilson};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Means with honest uncertainty over seeds and runs. All intervals are two-sided at 95 %.
+//! Means with honest uncertainty over seeds and runs. All intervals are two-sided at 95 % (reading R69).
 
 use crate::random::Streams;
 use serde::{Deserialize, Serialize};

@@ -111,11 +111,12 @@ impl Expert {
         if group == (self.group)(situation) { 1.0 - ERROR } else { ERROR / (self.groups - 1) as f64 }
     }
 
-    /// Dirichlet concentrations of its opinion: 40 P(right action | group) + 0.3.
+    /// Dirichlet concentrations of its opinion: 40 P(right action | reported group) + 0.3, where it knows how often
+    /// it errs.
     pub fn concentrations(&self, group: usize) -> [f64; 5] {
         let mut mass = [0.0; 5];
-        for s in Situation::all().filter(|&s| (self.group)(s) == group) {
-            mass[s.right_action()] += s.probability();
+        for s in Situation::all() {
+            mass[s.right_action()] += s.probability() * self.report_probability(group, s);
         }
         let total: f64 = mass.iter().sum();
         mass.map(|m| CONCENTRATION * m / total + FLOOR)

@@ -8,7 +8,8 @@ use crate::num;
 /// F(t) = 1 − I(ν/(ν + t²); ν/2, 1/2) / 2 for t ≥ 0,  ν: `freedom`, I: regularised incomplete beta function
 #[must_use]
 pub fn student_t_cdf(t: f64, freedom: f64) -> f64 {
-    let tail = 0.5 * incomplete_beta(freedom / (freedom + t * t), freedom / 2.0, 0.5);
+    let whole = freedom + t * t;
+    let tail = 0.5 * incomplete_beta((freedom / whole, t * t / whole), freedom / 2.0, 0.5);
     if t >= 0.0 { 1.0 - tail } else { tail }
 }
 
@@ -34,18 +35,19 @@ pub fn student_t_quantile(p: f64, freedom: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Regularised incomplete beta function I(x; a, b) for x in [0, 1].
-fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
-    if x <= 0.0 || x >= 1.0 {
-        return x.clamp(0.0, 1.0);
+/// Regularised incomplete beta function I(x; a, b) for x in [0, 1]. `rest` is 1 − x, which the caller knows without
+/// the rounding of a subtraction.
+fn incomplete_beta((x, rest): (f64, f64), a: f64, b: f64) -> f64 {
+    if x <= 0.0 || rest <= 0.0 {
+        return if x <= 0.0 { 0.0 } else { 1.0 };
     }
-    let ln_front =
-        num::ln_gamma(a + b) - num::ln_gamma(a) - num::ln_gamma(b) + a * num::ln(x) + b * num::ln(1.0 - x);
+    let ln_beta = num::ln_gamma(a) + num::ln_gamma(b) - num::ln_gamma(a + b);
+    let front = num::exp(a * num::ln(x) + b * num::ln(rest) - ln_beta);
     // The fraction converges quickly only left of the mean; I(x; a, b) = 1 − I(1 − x; b, a) turns the right side over.
     if x < (a + 1.0) / (a + b + 2.0) {
-        num::exp(ln_front) * beta_fraction(x, a, b) / a
+        front * beta_fraction(x, a, b) / a
     } else {
-        1.0 - num::exp(ln_front) * beta_fraction(1.0 - x, b, a) / b
+        1.0 - front * beta_fraction(rest, b, a) / b
     }
 }
 

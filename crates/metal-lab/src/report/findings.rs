@@ -111,6 +111,30 @@ pub fn headline(results: &Results) -> String {
     sentence + "."
 }
 
+/// What must be said beside the headline: a simpler way that costs less over the mix, and how many goals are missed.
+#[must_use]
+pub fn caveat(results: &Results) -> Option<String> {
+    let total = |policy: &str| results.estimate(policy, "mix", "total");
+    let ours = total("acl")?;
+    let cheaper = |rival: &&str| total(rival).filter(|theirs| theirs.mean > ours.mean);
+    let rivals = ["best_fixed", "foa", "fusion", "fusion_log_pool", "random", "blind"];
+    let named = rivals.iter().filter_map(|rival| {
+        let theirs = number::fixed(cheaper(rival)?.mean, 2);
+        Some(format!("{} ({theirs})", policy::label(rival, results)))
+    });
+    let named: Vec<String> = named.collect();
+    let missed = goals(results).iter().filter(|g| g.state == "missed").count();
+    let mut sentences = Vec::new();
+    if !named.is_empty() {
+        sentences.push(format!("Cheaper than attention control: {}.", named.join(", ")));
+    }
+    if missed > 0 {
+        let goals = if missed == 1 { "goal is" } else { "goals are" };
+        sentences.push(format!("{missed} {goals} missed."));
+    }
+    (!sentences.is_empty()).then(|| sentences.join(" "))
+}
+
 /// Everything in the numbers that speaks against attention control, each with its numbers.
 #[must_use]
 pub fn against(results: &Results) -> Vec<String> {
@@ -209,6 +233,8 @@ mod tests {
         let found = against(&results(-14.0, -12.0));
         assert_eq!(found.len(), 4);
         assert!(found[0].contains("−12.00") && found[0].contains("do not overlap"), "{}", found[0]);
+        assert!(caveat(&results(-14.0, -12.0)).unwrap().contains("Best fixed subset (−12.00)"));
+        assert_eq!(caveat(&results(-12.0, -14.0)), None);
         assert!(against(&results(-12.0, -14.0)).is_empty());
     }
 

@@ -20,6 +20,7 @@ pub struct Page {
     generated: String,
     links: Vec<(String, String)>,
     headline: String,
+    caveat: Option<String>,
     goals: Vec<Goal>,
     against: Vec<String>,
     figures: std::collections::BTreeMap<&'static str, FigureView>,
@@ -81,6 +82,7 @@ pub fn build(results: &Results, context: &ReportContext) -> Page {
         generated: context.generated.clone(),
         links: context.links.clone(),
         headline: findings::headline(results),
+        caveat: findings::caveat(results),
         goals: findings::goals(results),
         against: findings::against(results),
         figures: figures(results),
@@ -110,8 +112,7 @@ fn all_tables(results: &Results) -> Tables {
     // Ten runs, as in the paper, come first.
     let mut table2: Vec<_> = results.table2.iter().collect();
     table2.sort_by_key(|(style, _)| style.as_str() != "ten_runs");
-    let table2 =
-        table2.into_iter().map(|(style, table)| tables::table2(table, &style_caption(style), results));
+    let table2 = table2.into_iter().map(|(style, table)| tables::table2(table, &style_caption(style)));
     Tables {
         headline: tables::headline(results),
         table2: table2.collect(),

@@ -72,7 +72,7 @@ fn outline(path: &str, value: &Value, lines: &mut Vec<String>) {
 }
 
 fn is_named(path: &str, fields: &serde_json::Map<String, Value>) -> bool {
-    let last = path.rsplit('.').next().unwrap();
+    let last = path.rsplit('.').next().expect("a split has a first part");
     let is_map_of_maps = last == "*" && fields.values().all(Value::is_object) && !fields.contains_key("all");
     NAMED.contains(&last) || is_map_of_maps
 }

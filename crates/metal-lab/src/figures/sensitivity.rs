@@ -16,7 +16,7 @@ pub fn draw(results: &Results) -> Option<Figure> {
     let has_best = seeds.contains_key("best_fixed");
     let policies: Vec<&str> = policy::ordered(seeds.keys())
         .into_iter()
-        .filter(|&p| !seeds[p].is_empty() && !(has_best && p.starts_with("fixed:")))
+        .filter(|&p| !(seeds[p].is_empty() || has_best && p.starts_with("fixed:")))
         .collect();
     if policies.is_empty() {
         return None;

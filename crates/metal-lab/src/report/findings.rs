@@ -95,7 +95,8 @@ pub fn headline(results: &Results) -> String {
         results.roads,
         number::estimate(&total, 2)
     );
-    let ratios = [("foa", "the full observer", 0.72), ("fusion", "fusion", 0.60)];
+    let ratios =
+        [("foa", "the full observer", paper::RATIO_TO_FOA), ("fusion", "fusion", paper::RATIO_TO_FUSION)];
     let ratio = |&(key, name, paper): &(&str, &str, f64)| {
         let ours = results.cost_ratio("acl", key)?;
         let ours = number::fixed(ours.mean, 2);

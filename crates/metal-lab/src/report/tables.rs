@@ -46,20 +46,21 @@ pub fn table2(table: &Table2, caption: &str) -> Table {
         ["", "", "Motor + perceptual = total", "Runs with accident", "Total with accident", "Total without"];
     let mut rows = Vec::new();
     for scenario in lookup::SCENARIOS {
+        let mut name = Cell::name(policy::scenario_label(scenario));
         for policy in policy::ordered(table.keys()) {
             let Some(cell) = table[policy].get(scenario) else { continue };
-            rows.push(our_row(scenario, &policy::short_label(policy), cell));
+            rows.push(our_row(std::mem::take(&mut name), &policy::short_label(policy), cell));
             rows.extend(paper_row(scenario, policy));
         }
     }
     Table { caption: caption.to_owned(), columns: columns.map(str::to_owned).to_vec(), rows }
 }
 
-fn our_row(scenario: &str, name: &str, cell: &Table2Cell) -> Vec<Cell> {
+fn our_row(scenario: Cell, name: &str, cell: &Table2Cell) -> Vec<Cell> {
     let part =
         |costs: &Option<Costs>| costs.as_ref().map_or_else(|| Cell::text("none"), |c| total_cell(&c.total));
     vec![
-        Cell::name(policy::scenario_label(scenario)),
+        scenario,
         Cell::text(name),
         sum_cell(&cell.all),
         Cell::text(format!("{} of {}", cell.accidents, cell.runs)),

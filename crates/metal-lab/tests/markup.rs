@@ -15,7 +15,7 @@ fn context() -> ReportContext {
 }
 
 fn page(results: &Results) -> String {
-    render(results, &context()).unwrap()
+    render(results, &context()).expect("the template is sound")
 }
 
 /// Opened elements must be closed in order; elements without content must close themselves.
@@ -26,7 +26,7 @@ fn assert_tags_balance(html: &str) {
         let end = start + rest[start..].find('>').expect("a tag that never ends");
         let tag = &rest[start + 1..end];
         rest = &rest[end + 1..];
-        let name = tag.trim_start_matches('/').split([' ', '\n']).next().unwrap();
+        let name = tag.trim_start_matches('/').split([' ', '\n']).next().expect("a split has a first part");
         if tag.starts_with('!') || tag.ends_with('/') {
             continue;
         }

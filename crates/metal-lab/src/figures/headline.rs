@@ -18,7 +18,7 @@ pub fn draw(results: &Results) -> Option<Figure> {
         BarChart { title, axis: "mean cost per motor step (0 is perfect)".to_owned(), end, bars }.draw()
     };
     let panels: Vec<String> = charts.into_iter().map(panel).collect();
-    let caption = "Cost per motor step: motor (solid) plus perceptual (pale). Shorter is better. Whiskers: 95 % \
+    let caption = "Cost per motor step: motor (solid) plus perceptual (pale). Shorter is better; the number at the right is our total. Whiskers: 95 % \
                    interval of the total. Diamonds: the paper's Table 2 (10 runs of 50 steps in Webots).";
     (!panels.is_empty()).then(|| Figure { id: "headline", caption: caption.to_owned(), panels })
 }

@@ -12,8 +12,12 @@ const ROW: f64 = 32.0;
 #[must_use]
 pub fn draw(results: &Results) -> Option<Figure> {
     let seeds = &results.figures.sensitivity;
-    let policies: Vec<&str> =
-        policy::ordered(seeds.keys()).into_iter().filter(|&p| !seeds[p].is_empty()).collect();
+    // The best subset stands for itself; the others are in the front.
+    let has_best = seeds.contains_key("best_fixed");
+    let policies: Vec<&str> = policy::ordered(seeds.keys())
+        .into_iter()
+        .filter(|&p| !(seeds[p].is_empty() || has_best && p.starts_with("fixed:")))
+        .collect();
     if policies.is_empty() {
         return None;
     }

@@ -31,8 +31,8 @@ pub fn draw(results: &Results) -> Option<Figure> {
     labels.extend(draw_subsets(&mut svg, &frame, subsets));
     place_labels(&mut svg, area, &labels);
     let caption = "Each point is one way to look. Up is better driving, left is cheaper looking; total cost is equal \
-                   along the pale lines and falls towards the upper left. The line joins the best fixed subset for \
-                   every budget: a learner that looks where it matters should lie above and to the left of it.";
+                   along the pale lines and falls towards the upper left. The line joins the \
+                   best fixed subset (confirmed, if any is) for every budget: a learner that looks where it matters should lie above and to the left of it.";
     let panels = vec![svg.finish("Price of looks against motor cost")];
     Some(Figure { id: "subset_front", caption: caption.to_owned(), panels })
 }

@@ -95,7 +95,8 @@ pub fn headline(results: &Results) -> String {
         results.roads,
         number::estimate(&total, 2)
     );
-    let ratios = [("foa", "the full observer", 0.72), ("fusion", "fusion", 0.60)];
+    let ratios =
+        [("foa", "the full observer", paper::RATIO_TO_FOA), ("fusion", "fusion", paper::RATIO_TO_FUSION)];
     let ratio = |&(key, name, paper): &(&str, &str, f64)| {
         let ours = results.cost_ratio("acl", key)?;
         let ours = number::fixed(ours.mean, 2);
@@ -109,6 +110,30 @@ pub fn headline(results: &Results) -> String {
         sentence += &format!(", with {} looks of 7 (paper: 2.1)", number::fixed(looks.mean, 2));
     }
     sentence + "."
+}
+
+/// What must be said beside the headline: a simpler way that costs less over the mix, and how many goals are missed.
+#[must_use]
+pub fn caveat(results: &Results) -> Option<String> {
+    let total = |policy: &str| results.estimate(policy, "mix", "total");
+    let ours = total("acl")?;
+    let cheaper = |rival: &&str| total(rival).filter(|theirs| theirs.mean > ours.mean);
+    let rivals = ["best_fixed", "foa", "fusion", "fusion_log_pool", "random", "blind"];
+    let named = rivals.iter().filter_map(|rival| {
+        let theirs = number::fixed(cheaper(rival)?.mean, 2);
+        Some(format!("{} ({theirs})", policy::label(rival, results)))
+    });
+    let named: Vec<String> = named.collect();
+    let missed = goals(results).iter().filter(|g| g.state == "missed").count();
+    let mut sentences = Vec::new();
+    if !named.is_empty() {
+        sentences.push(format!("Cheaper than attention control: {}.", named.join(", ")));
+    }
+    if missed > 0 {
+        let goals = if missed == 1 { "goal is" } else { "goals are" };
+        sentences.push(format!("{missed} {goals} missed."));
+    }
+    (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
 /// Everything in the numbers that speaks against attention control, each with its numbers.
@@ -209,6 +234,8 @@ mod tests {
         let found = against(&results(-14.0, -12.0));
         assert_eq!(found.len(), 4);
         assert!(found[0].contains("−12.00") && found[0].contains("do not overlap"), "{}", found[0]);
+        assert!(caveat(&results(-14.0, -12.0)).unwrap().contains("Best fixed subset (−12.00)"));
+        assert_eq!(caveat(&results(-12.0, -14.0)), None);
         assert!(against(&results(-12.0, -14.0)).is_empty());
     }
 

@@ -1,7 +1,7 @@
 //! The report: from results to one self-contained HTML page, paper beside ours.
 //!
 //! The page needs no script and loads nothing: figures and style are inside. What was not run says "not run". What
-//! speaks against attention control is found from the numbers and said at the top ([`findings`]).
+//! speaks against attention control is found from the numbers and said at the top.
 
 mod findings;
 mod measure;

@@ -20,7 +20,9 @@ pub struct Page {
     generated: String,
     links: Vec<(String, String)>,
     headline: String,
+    caveat: Option<String>,
     goals: Vec<Goal>,
+    is_acl_run: bool,
     against: Vec<String>,
     figures: std::collections::BTreeMap<&'static str, FigureView>,
     scenes: Vec<Scene>,
@@ -81,7 +83,9 @@ pub fn build(results: &Results, context: &ReportContext) -> Page {
         generated: context.generated.clone(),
         links: context.links.clone(),
         headline: findings::headline(results),
+        caveat: findings::caveat(results),
         goals: findings::goals(results),
+        is_acl_run: results.estimate("acl", "mix", "total").is_some(),
         against: findings::against(results),
         figures: figures(results),
         scenes: scenes(results),
@@ -110,8 +114,7 @@ fn all_tables(results: &Results) -> Tables {
     // Ten runs, as in the paper, come first.
     let mut table2: Vec<_> = results.table2.iter().collect();
     table2.sort_by_key(|(style, _)| style.as_str() != "ten_runs");
-    let table2 =
-        table2.into_iter().map(|(style, table)| tables::table2(table, &style_caption(style), results));
+    let table2 = table2.into_iter().map(|(style, table)| tables::table2(table, &style_caption(style)));
     Tables {
         headline: tables::headline(results),
         table2: table2.collect(),

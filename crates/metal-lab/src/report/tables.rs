@@ -20,7 +20,8 @@ pub fn headline(results: &Results) -> Table {
     }));
     columns.extend(alone.iter().map(|p| policy::label(p, results)));
     let rows = lookup::SCENARIOS.into_iter().chain(["mix"]).map(|scenario| {
-        let ours = |p: &str| Cell::measured("total", results.estimate(p, scenario, "total"));
+        let total = |p: &str| results.estimate(p, scenario, "total");
+        let ours = |p: &str| total(p).map_or_else(Cell::missing, |e| total_cell(&e));
         let mut row = vec![Cell::name(policy::scenario_label(scenario))];
         row.extend(compared.iter().flat_map(|p| [ours(p), printed_total(p, scenario)]));
         row.extend(alone.iter().map(|p| ours(p)));
@@ -40,26 +41,26 @@ fn printed_total(policy: &str, scenario: &str) -> Cell {
 
 /// Table 2 in one style of measuring, each cell beside the paper's.
 #[must_use]
-pub fn table2(table: &Table2, caption: &str, results: &Results) -> Table {
+pub fn table2(table: &Table2, caption: &str) -> Table {
     let columns =
         ["", "", "Motor + perceptual = total", "Runs with accident", "Total with accident", "Total without"];
     let mut rows = Vec::new();
     for scenario in lookup::SCENARIOS {
+        let mut name = Cell::name(policy::scenario_label(scenario));
         for policy in policy::ordered(table.keys()) {
             let Some(cell) = table[policy].get(scenario) else { continue };
-            rows.push(our_row(scenario, &policy::label(policy, results), cell));
+            rows.push(our_row(std::mem::take(&mut name), &policy::short_label(policy), cell));
             rows.extend(paper_row(scenario, policy));
         }
     }
     Table { caption: caption.to_owned(), columns: columns.map(str::to_owned).to_vec(), rows }
 }
 
-fn our_row(scenario: &str, name: &str, cell: &Table2Cell) -> Vec<Cell> {
-    let part = |costs: &Option<Costs>| {
-        costs.as_ref().map_or_else(|| Cell::text("none"), |c| Cell::measured("total", Some(c.total)))
-    };
+fn our_row(scenario: Cell, name: &str, cell: &Table2Cell) -> Vec<Cell> {
+    let part =
+        |costs: &Option<Costs>| costs.as_ref().map_or_else(|| Cell::text("none"), |c| total_cell(&c.total));
     vec![
-        Cell::name(policy::scenario_label(scenario)),
+        scenario,
         Cell::text(name),
         sum_cell(&cell.all),
         Cell::text(format!("{} of {}", cell.accidents, cell.runs)),
@@ -68,9 +69,16 @@ fn our_row(scenario: &str, name: &str, cell: &Table2Cell) -> Vec<Cell> {
     ]
 }
 
+/// A total with one decimal, as the paper prints it.
+fn total_cell(total: &Estimate) -> Cell {
+    let cell = Cell::measured("total", Some(*total));
+    let interval = number::interval(total, 1).map(|i| format!("{i} ")).unwrap_or_default();
+    Cell { main: number::fixed(total.mean, 1), sub: format!("{interval}n\u{a0}=\u{a0}{}", total.n), ..cell }
+}
+
 fn sum_cell(costs: &Costs) -> Cell {
-    let [motor, perceptual] = [&costs.motor, &costs.perceptual].map(|e| number::fixed(e.mean, 2));
-    let total = Cell::measured("total", Some(costs.total));
+    let [motor, perceptual] = [&costs.motor, &costs.perceptual].map(|e| number::fixed(e.mean, 1));
+    let total = total_cell(&costs.total);
     Cell { main: sum_text(&motor, &perceptual, &total.main), ..total }
 }
 

@@ -180,9 +180,9 @@ fn looks_block(block: u32) -> LooksBlock {
 
 fn subsets() -> Vec<FrontPoint> {
     let mut found = Vec::new();
-    for i in 0..SENSORS.len() {
-        for j in i..SENSORS.len() {
-            let pair = if i == j { vec![SENSORS[i]] } else { vec![SENSORS[i], SENSORS[j]] };
+    for (i, &first) in SENSORS.iter().enumerate() {
+        for (j, &second) in SENSORS.iter().enumerate().skip(i) {
+            let pair = if i == j { vec![first] } else { vec![first, second] };
             let price: f64 = pair.iter().map(|s| s.1).sum();
             let motor = -9.0 - 1.3 * ((i * 5 + j * 3) % 7) as f64 + 0.8 * price;
             let is_confirmed = (i, j) == (0, 3) || (i, j) == (0, 0) || (i, j) == (0, 6);

@@ -75,17 +75,15 @@ fn draw_bar(svg: &mut Svg, scale: &Scale, bar: &Bar, y: f64) {
     svg.rect(part(zero, middle), Paint::fill(bar.ink));
     svg.rect(part(middle, end), Paint::fill(bar.ink).faded(0.4));
     let centre = y + height / 2.0;
-    let mut right = end.max(zero);
     if let Some((lo, hi)) = bar.band {
         draw_whisker(svg, (scale.at(lo), scale.at(hi)), centre);
-        right = right.max(scale.at(lo)).max(scale.at(hi));
     }
     if let Some(reference) = bar.reference {
         draw_diamond(svg, (scale.at(reference), centre));
-        right = right.max(scale.at(reference) + 5.0);
     }
     svg.text((LEFT - 8.0, centre + 4.0), Anchor::End, "key", &bar.label);
-    svg.text((right + 6.0, centre + 4.0), Anchor::Start, "value", &number::fixed(sum, 1));
+    // In a column of their own: beside the diamond our number would be taken for the paper's.
+    svg.text((WIDTH - 4.0, centre + 4.0), Anchor::End, "value", &number::fixed(sum, 1));
 }
 
 fn draw_whisker(svg: &mut Svg, (from, to): (f64, f64), y: f64) {

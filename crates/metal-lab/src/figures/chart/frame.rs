@@ -38,6 +38,9 @@ impl Area {
     }
 }
 
+/// Mean width of a digit at the size of a mark, in pixels.
+const LETTER: f64 = 7.4;
+
 /// One axis: what it says and which values it spans.
 #[derive(Clone, Debug)]
 pub struct Axis {
@@ -58,6 +61,13 @@ impl Axis {
         }
         let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
         Self { label: label.to_owned(), marks: ticks(low, high, 5) }
+    }
+
+    /// Room in pixels for the marks' texts and the label, left of a vertical axis.
+    #[must_use]
+    pub fn room(&self) -> f64 {
+        let letters = self.marks.iter().map(|&m| number::tick(m, &self.marks).chars().count()).max();
+        36.0 + LETTER * letters.unwrap_or(0) as f64
     }
 
     fn ends(&self) -> (f64, f64) {
@@ -96,7 +106,7 @@ impl Frame {
         svg.line((area.x, area.bottom()), (area.right(), area.bottom()), Paint::line(Ink::MUTED, 1.0));
         let middle = area.x + area.width / 2.0;
         svg.text((middle, area.bottom() + 37.0), Anchor::Middle, "label", &x_axis.label);
-        svg.upward_text((area.x - 48.0, area.y + area.height / 2.0), "label", &y_axis.label);
+        svg.upward_text((area.x - y_axis.room() + 14.0, area.y + area.height / 2.0), "label", &y_axis.label);
         Self { area, x, y }
     }
 

@@ -43,7 +43,7 @@ fn positions(width: f64, keys: &[Key]) -> Vec<(f64, usize)> {
     let (mut x, mut row) = (0.0, 0);
     let mut found = Vec::with_capacity(keys.len());
     for key in keys {
-        let wide = SIGN + 22.0 + LETTER * key.label.chars().count() as f64;
+        let wide = SIGN + 16.0 + LETTER * key.label.chars().count() as f64;
         if x > 0.0 && x + wide > width {
             x = 0.0;
             row += 1;

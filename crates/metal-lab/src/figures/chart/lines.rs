@@ -59,14 +59,15 @@ impl LineChart {
     #[must_use]
     pub fn draw(&self) -> String {
         let keys = self.keys();
-        let left = 70.0;
+        let (x_axis, y_axis) = (self.x_axis(), self.y_axis());
+        let left = y_axis.room();
         let legend = Area { x: left, y: 32.0, width: WIDTH - left - 10.0, height: 0.0 };
         let top = 40.0 + legend_height(legend.width, &keys);
         let mut svg = Svg::new(WIDTH, top + PLOT_HEIGHT + 48.0);
         svg.text((left, 18.0), Anchor::Start, "title", &self.title);
         rows(&mut svg, legend, &keys);
         let area = Area { x: left, y: top, width: WIDTH - left - 16.0, height: PLOT_HEIGHT };
-        let frame = Frame::draw(&mut svg, area, &self.x_axis(), &self.y_axis());
+        let frame = Frame::draw(&mut svg, area, &x_axis, &y_axis);
         for series in &self.series {
             draw_band(&mut svg, &frame, series);
         }

@@ -1,7 +1,7 @@
 //! A small SVG chart writer: just the kinds the report needs.
 //!
 //! An own writer rather than a plotting crate, because every colour here is a CSS variable: the same drawing follows the
-//! page into light, dark and print. See [`theme`] for the variables.
+//! page into light, dark and print. See [`variables`].
 
 mod bars;
 mod frame;

@@ -35,6 +35,11 @@ pub(crate) fn open<T: DeserializeOwned>(learner: &'static str, bytes: &[u8]) -> 
     postcard::from_bytes(rest).map_err(|e| damaged(e.to_string()))
 }
 
+/// The error for a state that is whole but belongs to other settings.
+pub(crate) fn foreign(learner: &'static str) -> LearnerError {
+    LearnerError::Frozen { learner, reason: "it was frozen under other settings".into() }
+}
+
 /// FNV-1a, 64 bits: each step is one-to-one, so that a single changed byte is always found.
 fn checksum(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0000_0100_0000_01b3))

@@ -206,13 +206,7 @@ impl Mlp {
         let mlp: Self = frozen::open(NAME, bytes)?;
         let sound =
             mlp.network.fits(&config.widths(mlp.dims)) && mlp.replay.is_sound(mlp.dims, config.capacity);
-        if mlp.config != *config || !sound {
-            return Err(LearnerError::Frozen {
-                learner: NAME,
-                reason: "it was frozen under other settings".into(),
-            });
-        }
-        Ok(mlp)
+        if mlp.config == *config && sound { Ok(mlp) } else { Err(frozen::foreign(NAME)) }
     }
 
     /// One training step on the sample at `newest` and others drawn at random.
@@ -228,7 +222,8 @@ impl Mlp {
             let from = if row == 0 { newest } else { self.rng.below(self.replay.targets.len()) };
             let at = row * choices + self.replay.choices[from] as usize;
             self.rows.inputs.extend_from_slice(&self.replay.states[from * inputs..(from + 1) * inputs]);
-            self.rows.targets[at] = ((self.replay.targets[from] - self.scale.centre) / self.scale.unit) as f32;
+            self.rows.targets[at] =
+                ((self.replay.targets[from] - self.scale.centre) / self.scale.unit) as f32;
             self.rows.weights[at] = 1.0;
         }
         let Rows { inputs, targets, weights } = &self.rows;

@@ -1,6 +1,6 @@
 //! Range checks of settings, all with one kind of message.
 
-use crate::learner::LearnerError;
+use crate::learner::{Dims, LearnerError};
 use std::ops::RangeInclusive;
 
 /// Checks the settings of the learner of this name.
@@ -32,4 +32,11 @@ impl Settings {
     fn refuse(&self, field: &'static str, value: f64, allowed: &'static str) -> LearnerError {
         LearnerError::Setting { learner: self.0, field, value, allowed }
     }
+}
+
+/// Refuses shapes without inputs or choices.
+pub(super) fn check_dims(learner: &'static str, dims: Dims) -> Result<(), LearnerError> {
+    let settings = Settings(learner);
+    settings.within("dims.inputs", dims.inputs as f64, 1.0..=1e6, "there must be 1 to a million inputs")?;
+    settings.within("dims.choices", dims.choices as f64, 1.0..=1e5, "there must be 1 to 100000 choices")
 }

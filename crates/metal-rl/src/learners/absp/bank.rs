@@ -1,0 +1,91 @@
+//! The mixtures of all actions: the part that [`super::Absp`] and [`super::super::bayes_mix::BayesMix`] share.
+
+use super::frame::Frame;
+use super::mixture::{Lesson, Mixture, Scan};
+use crate::learner::{Rate, Sample};
+use crate::num;
+use serde::{Deserialize, Serialize};
+
+/// One mixture per action, and how large their errors usually are.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Bank {
+    pub frame: Frame,
+    mixtures: Vec<Mixture>,
+    /// Running mean of squared errors, and the number of errors seen.
+    error_square: f64,
+    errors: f64,
+    #[serde(skip)]
+    scratch: Vec<f64>,
+}
+
+impl Bank {
+    /// Slowest rate at which the usual error follows.
+    const ERROR_RATE: f64 = 1e-3;
+
+    /// Empty mixtures.
+    pub fn new(frame: Frame, choices: usize) -> Self {
+        let mixtures = (0..choices).map(|_| Mixture::new(&frame)).collect();
+        Self { frame, mixtures, error_square: 0.0, errors: 0.0, scratch: Vec::new() }
+    }
+
+    /// One mixture per action.
+    pub fn mixtures(&self) -> &[Mixture] {
+        &self.mixtures
+    }
+
+    /// Components of all actions.
+    pub fn components(&self) -> usize {
+        self.mixtures.iter().map(Mixture::len).sum()
+    }
+
+    /// Sums of one action for one state.
+    pub fn scan(&self, choice: usize, state: &[f64]) -> Scan {
+        self.mixtures[choice].scan(&self.frame, state)
+    }
+
+    /// Mean squared error so far (1 before the first error).
+    pub fn error_variance(&self) -> f64 {
+        if self.error_square > 0.0 { self.error_square } else { 1.0 }
+    }
+
+    /// Learns one sample and returns the error before it.
+    pub fn learn(&mut self, sample: &Sample<'_>, rate: Rate) -> f64 {
+        assert_eq!(sample.state.len(), self.frame.dims, "length of the state");
+        let scan = self.scan(sample.choice, sample.state);
+        let error = sample.target - scan.value();
+        self.errors += 1.0;
+        self.error_square += (1.0 / self.errors).max(Self::ERROR_RATE) * (error * error - self.error_square);
+        let surprise = (error / self.error_variance().sqrt()).clamp(-1.0, 1.0);
+        let success = sample.demonstrated || sample.target >= self.best_value(sample.state);
+        let lesson = Lesson { state: sample.state, target: sample.target, error, success, rate, surprise };
+        self.scratch.resize(self.frame.dims, 0.0);
+        let error_variance = self.error_variance();
+        let mixture = &mut self.mixtures[sample.choice];
+        let grown = mixture.learn(&self.frame, &lesson, &scan, &mut self.scratch);
+        if grown {
+            mixture.tidy(&self.frame, error_variance);
+        }
+        error
+    }
+
+    /// max over actions of Q(s, ·).
+    fn best_value(&self, state: &[f64]) -> f64 {
+        let values = (0..self.mixtures.len()).map(|a| self.scan(a, state).value());
+        values.fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// ln Σ exp(q/T) N(s) of one action.
+    pub fn log_gibbs(&self, choice: usize, state: &[f64], temperature: f64) -> f64 {
+        self.mixtures[choice].log_gibbs(&self.frame, state, temperature)
+    }
+
+    /// Whether thawed parts fit together.
+    pub fn is_sound(&self, choices: usize) -> bool {
+        self.mixtures.len() == choices && self.mixtures.iter().all(|m| m.is_sound(&self.frame))
+    }
+}
+
+/// Softmax of logarithms, all of which must be finite.
+pub(crate) fn normalise_logs(logs: &mut [f64]) {
+    num::soft_max(logs, 1.0);
+}

@@ -1,0 +1,113 @@
+//! Keeping a mixture small: forgetting components nobody needs, and merging the two that differ least.
+
+use super::frame::Frame;
+use super::gaussians::LANES;
+use super::mixture::Mixture;
+
+/// Pairs merged per overflow, as a share of the cap: the pairs are compared once for all of them.
+const MERGED_AT_ONCE: usize = 16;
+
+impl Mixture {
+    /// Removes components that are old and still light (one always stays), then merges down to the cap.
+    pub fn tidy(&mut self, frame: &Frame, error_variance: f64) {
+        self.prune(frame);
+        if self.len() > frame.cap {
+            self.merge_cheapest(1 + frame.cap / MERGED_AT_ONCE, error_variance);
+        }
+    }
+
+    fn prune(&mut self, frame: &Frame) {
+        for c in (0..self.len()).rev() {
+            let (facts, lane) = (&self.facts[c / LANES], c % LANES);
+            let useless = facts.age[lane] > frame.prune_age && facts.mass[lane] < frame.prune_mass;
+            if useless && self.len() > 1 {
+                self.swap_remove(c);
+            }
+        }
+    }
+
+    /// Merges up to `wanted` cheapest disjoint pairs.
+    fn merge_cheapest(&mut self, wanted: usize, error_variance: f64) {
+        let mut costs = Vec::with_capacity(self.len() * (self.len() - 1) / 2);
+        let mut sigma = Vec::new();
+        for i in 1..self.len() {
+            for j in 0..i {
+                let cost = self.merge_cost(i, j, error_variance, &mut sigma);
+                costs.push((if cost.is_nan() { f64::INFINITY } else { cost }, i, j));
+            }
+        }
+        costs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut taken = vec![false; self.len()];
+        let mut gone = Vec::new();
+        for &(_, i, j) in &costs {
+            if gone.len() < wanted && !taken[i] && !taken[j] {
+                (taken[i], taken[j]) = (true, true);
+                self.merge(j, i, &mut sigma);
+                gone.push(i);
+            }
+        }
+        gone.sort_unstable();
+        gone.iter().rev().for_each(|&c| self.swap_remove(c));
+    }
+
+    /// What merging two components would lose.
+    ///
+    /// # Formula
+    /// ½[(nᵢ + nⱼ) ln|Σᵢⱼ| − nᵢ ln|Σᵢ| − nⱼ ln|Σⱼ|] + nᵢnⱼ/(nᵢ + nⱼ) (qᵢ − qⱼ)²/σ²
+    /// (Runnalls 2007, and a price for the gap between the values in units of their errors)
+    fn merge_cost(&self, i: usize, j: usize, error_variance: f64, sigma: &mut Vec<f64>) -> f64 {
+        let (ni, nj) = (self.mass(i), self.mass(j));
+        self.pooled_covariance(i, j, sigma);
+        let g = &self.gaussians;
+        let pooled = (ni + nj) * g.log_det_of(sigma);
+        let shape = 0.5 * (pooled - ni * g.log_det(i) - nj * g.log_det(j));
+        let gap = self.value(i) - self.value(j);
+        shape + ni * nj / (ni + nj) * gap * gap / error_variance
+    }
+
+    /// Replaces component `i` by the merger of `i` and `j` (which stays, to be removed): moments are conserved.
+    pub(super) fn merge(&mut self, i: usize, j: usize, sigma: &mut Vec<f64>) {
+        self.pooled_covariance(i, j, sigma);
+        let f = self.mass(i) / (self.mass(i) + self.mass(j));
+        for k in 0..self.gaussians.dims() {
+            let mean = f * self.gaussians.mean(i, k) + (1.0 - f) * self.gaussians.mean(j, k);
+            self.gaussians.set_mean(i, k, mean);
+        }
+        self.gaussians.set_covariance(i, sigma);
+        let (b, other) = (j % LANES, self.facts[j / LANES].clone());
+        let (a, facts) = (i % LANES, &mut self.facts[i / LANES]);
+        let (ki, kj) = (facts.count[a], other.count[b]);
+        let gap = facts.value[a] - other.value[b];
+        facts.scatter[a] += other.scatter[b] + ki * kj / (ki + kj) * gap * gap;
+        facts.value[a] = (ki * facts.value[a] + kj * other.value[b]) / (ki + kj);
+        facts.count[a] = ki + kj;
+        facts.success[a] = f * facts.success[a] + (1.0 - f) * other.success[b];
+        facts.mass[a] += other.mass[b];
+        facts.age[a] = facts.age[a].max(other.age[b]);
+    }
+
+    /// Lower triangle of Σᵢⱼ = f Σᵢ + (1 − f) Σⱼ + f(1 − f) (μᵢ − μⱼ)(μᵢ − μⱼ)ᵀ,  f = nᵢ/(nᵢ + nⱼ)
+    fn pooled_covariance(&self, i: usize, j: usize, sigma: &mut Vec<f64>) {
+        let g = &self.gaussians;
+        let f = self.mass(i) / (self.mass(i) + self.mass(j));
+        sigma.clear();
+        for r in 0..g.dims() {
+            let row_gap = g.mean(i, r) - g.mean(j, r);
+            let first = if g.is_full() { 0 } else { r };
+            for c in first..=r {
+                let spread = f * (1.0 - f) * row_gap * (g.mean(i, c) - g.mean(j, c));
+                sigma.push(f * g.covariance(i, r, c) + (1.0 - f) * g.covariance(j, r, c) + spread);
+            }
+        }
+    }
+
+    /// n of a component.
+    pub fn mass(&self, c: usize) -> f64 {
+        self.facts[c / LANES].mass[c % LANES]
+    }
+
+    /// q of a component.
+    pub fn value(&self, c: usize) -> f64 {
+        self.facts[c / LANES].value[c % LANES]
+    }
+}

@@ -1,0 +1,344 @@
+//! The Gaussians of one action: what they know, how they answer, and how they learn.
+
+use super::frame::{Frame, Shape};
+use super::gaussians::{Gaussians, LANES, Lane, MAX_FULL};
+use crate::learner::Rate;
+use crate::num;
+use serde::{Deserialize, Serialize};
+
+/// Log densities this far below the largest one are beneath rounding.
+const NEGLIGIBLE: f64 = -40.0;
+
+/// Responsibility below which a component does not learn.
+const TOUCHED: f64 = 1e-6;
+
+/// Floor of the success mass, so that its logarithm exists.
+const LEAST_SUCCESS: f64 = 1e-9;
+
+/// What the components of one group know, one lane each.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Facts {
+    /// n: sum of responsibilities.
+    pub mass: Lane,
+    /// g: sum of responsibilities in successes, decaying in failures.
+    pub success: Lane,
+    /// q: value.
+    pub value: Lane,
+    /// κ: number of targets behind the value, forgetting included.
+    pub count: Lane,
+    /// Weighted sum of squared deviations of those targets.
+    pub scatter: Lane,
+    /// Updates since creation.
+    pub age: Lane,
+}
+
+/// All components of one action.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Mixture {
+    pub gaussians: Gaussians,
+    pub facts: Vec<Facts>,
+    /// Responsibilities and squared distances of the sample being learned.
+    #[serde(skip)]
+    work: Vec<(Lane, Lane)>,
+}
+
+/// Sums over the components of one action for one state, all times exp(−reference).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scan {
+    reference: f64,
+    mass: f64,
+    value: f64,
+    success: f64,
+}
+
+impl Scan {
+    /// The background alone: uniform density 1, so its log density is 0.
+    fn background(frame: &Frame) -> Self {
+        let n0 = frame.background_mass;
+        Self { reference: 0.0, mass: n0, value: n0 * frame.background_value, success: n0 }
+    }
+
+    /// Takes in the first `used` components of a group with log densities `l`.
+    fn absorb(&mut self, l: &Lane, facts: &Facts, used: usize) {
+        let top = num::max(&l[..used]);
+        if top > self.reference {
+            let factor = num::exp(self.reference - top);
+            self.mass *= factor;
+            self.value *= factor;
+            self.success *= factor;
+            self.reference = top;
+        }
+        for (lane, &l) in l[..used].iter().enumerate() {
+            let x = l - self.reference;
+            if x > NEGLIGIBLE {
+                let e = num::exp(x);
+                let m = facts.mass[lane] * e;
+                self.mass += m;
+                self.value += m * facts.value[lane];
+                self.success += facts.success[lane] * e;
+            }
+        }
+    }
+
+    /// Q(s, a).
+    pub fn value(&self) -> f64 {
+        self.value / self.mass
+    }
+
+    /// ln of the density of states in which the action succeeded, times its prior.
+    pub fn log_success(&self) -> f64 {
+        self.reference + num::ln(self.success)
+    }
+
+    /// ln of the density of states in which the action was tried, times its prior.
+    pub fn log_mass(&self) -> f64 {
+        self.reference + num::ln(self.mass)
+    }
+
+    /// Factor that turns mass × exp(l) into a responsibility.
+    fn responsibility(&self, mass: f64, l: f64) -> f64 {
+        mass * num::exp(l - self.reference) / self.mass
+    }
+
+    /// Responsibility of the background.
+    pub fn background_share(&self, frame: &Frame) -> f64 {
+        self.responsibility(frame.background_mass, 0.0)
+    }
+}
+
+/// What one sample tells a mixture.
+#[derive(Clone, Copy)]
+pub(crate) struct Lesson<'a> {
+    pub state: &'a [f64],
+    pub target: f64,
+    /// Target − value before.
+    pub error: f64,
+    pub success: bool,
+    pub rate: Rate,
+    /// Error in units of its running spread, clipped to ±1.
+    pub surprise: f64,
+}
+
+/// Runs `body` with one row per dimension of working space on the stack: small where that is enough.
+fn with_rows<T>(full_dims: usize, body: impl FnOnce(&mut [Lane]) -> T) -> T {
+    if full_dims <= 8 { body(&mut [[0.0; LANES]; 8]) } else { body(&mut [[0.0; LANES]; MAX_FULL]) }
+}
+
+impl Mixture {
+    /// No component yet.
+    pub fn new(frame: &Frame) -> Self {
+        let gaussians = Gaussians::new(frame.full, vec![frame.smallest_width; frame.dims]);
+        Self { gaussians, facts: Vec::new(), work: Vec::new() }
+    }
+
+    /// Number of components.
+    pub fn len(&self) -> usize {
+        self.gaussians.len()
+    }
+
+    /// Components in a group.
+    fn used(&self, group: usize) -> usize {
+        (self.len() - group * LANES).min(LANES)
+    }
+
+    /// Calls `each` with (group, log densities, components in use, squared distances) of every group.
+    fn for_each_group(&self, frame: &Frame, s: &[f64], mut each: impl FnMut(usize, &Lane, usize, &Lane)) {
+        let rows_needed = if frame.full { frame.dims } else { 0 };
+        with_rows(rows_needed, |rows| {
+            for group in 0..self.gaussians.groups() {
+                let d2 = self.gaussians.distances(group, s, rows);
+                let log_dets = self.gaussians.log_dets(group);
+                let l: Lane = std::array::from_fn(|k| frame.log_density(log_dets[k], d2[k]));
+                each(group, &l, self.used(group), &d2);
+            }
+        });
+    }
+
+    /// Everything about one state in one pass.
+    pub fn scan(&self, frame: &Frame, s: &[f64]) -> Scan {
+        let mut scan = Scan::background(frame);
+        self.for_each_group(frame, s, |g, l, used, _| scan.absorb(l, &self.facts[g], used));
+        scan
+    }
+
+    /// ln Σ exp(q/T) N(s), background included: the Gibbs prior instead of visits.
+    pub fn log_gibbs(&self, frame: &Frame, s: &[f64], temperature: f64) -> f64 {
+        let mut top = num::ln(frame.background_mass) + frame.background_value / temperature;
+        let mut sum = 1.0;
+        self.for_each_group(frame, s, |g, l, used, _| {
+            for lane in 0..used {
+                let x = l[lane] + self.facts[g].value[lane] / temperature;
+                if x > top {
+                    sum = sum * num::exp(top - x) + 1.0;
+                    top = x;
+                } else if x - top > NEGLIGIBLE {
+                    sum += num::exp(x - top);
+                }
+            }
+        });
+        top + num::ln(sum)
+    }
+
+    /// Expectation of `of(facts, lane)` under the responsibilities, the background counting `background`.
+    pub fn expect(
+        &self,
+        frame: &Frame,
+        s: &[f64],
+        background: f64,
+        of: impl Fn(&Facts, usize) -> f64,
+    ) -> f64 {
+        let scan = self.scan(frame, s);
+        let mut sum = scan.background_share(frame) * background;
+        self.for_each_group(frame, s, |g, l, used, _| {
+            for lane in 0..used {
+                if l[lane] - scan.reference > NEGLIGIBLE {
+                    sum += scan.responsibility(self.facts[g].mass[lane], l[lane]) * of(&self.facts[g], lane);
+                }
+            }
+        });
+        sum
+    }
+
+    /// Whether `s` lies outside every component's gate; leaves responsibilities and distances in the workspace.
+    fn prepare(&mut self, frame: &Frame, s: &[f64], scan: &Scan) -> bool {
+        let mut work = std::mem::take(&mut self.work);
+        work.clear();
+        let mut nearest = f64::INFINITY;
+        self.for_each_group(frame, s, |g, l, used, d2| {
+            let mut rho = [0.0; LANES];
+            for lane in 0..used {
+                nearest = nearest.min(d2[lane]);
+                if l[lane] - scan.reference > NEGLIGIBLE {
+                    rho[lane] = scan.responsibility(self.facts[g].mass[lane], l[lane]);
+                }
+            }
+            work.push((rho, *d2));
+        });
+        self.work = work;
+        frame.is_novel(nearest)
+    }
+
+    /// Learns one sample; `scan` is that of its state, `scratch` has `dims` numbers. True if a component was added.
+    pub fn learn(&mut self, frame: &Frame, lesson: &Lesson<'_>, scan: &Scan, scratch: &mut [f64]) -> bool {
+        if self.prepare(frame, lesson.state, scan) {
+            self.create(frame, lesson);
+            return true;
+        }
+        let work = std::mem::take(&mut self.work);
+        for (group, (rho, d2)) in work.iter().enumerate() {
+            for lane in 0..self.used(group) {
+                if rho[lane] >= TOUCHED {
+                    self.facts[group].learn(lane, rho[lane], lesson);
+                    self.reshape(frame, lesson, (group * LANES + lane, rho[lane], d2[lane]), scratch);
+                }
+            }
+        }
+        self.work = work;
+        false
+    }
+
+    /// A new component at the sample.
+    fn create(&mut self, frame: &Frame, lesson: &Lesson<'_>) {
+        let c = self.gaussians.push(lesson.state, |_| frame.first_width);
+        self.facts.resize_with(self.gaussians.groups(), Facts::default);
+        let (facts, lane) = (&mut self.facts[c / LANES], c % LANES);
+        let prior = frame.prior_count;
+        facts.mass[lane] = 1.0;
+        facts.success[lane] = if lesson.success { 1.0 } else { 0.5 };
+        facts.count[lane] = 1.0 + prior;
+        facts.value[lane] = (prior * (lesson.target - lesson.error) + lesson.target) / (1.0 + prior);
+        facts.scatter[lane] = prior / (1.0 + prior) * lesson.error * lesson.error;
+        facts.age[lane] = 0.0;
+    }
+
+    /// Moves and stretches one component (index, responsibility, squared distance) by the shape rule.
+    fn reshape(&mut self, frame: &Frame, lesson: &Lesson<'_>, who: (usize, f64, f64), e: &mut [f64]) {
+        let (c, rho, d2) = who;
+        match frame.shape {
+            Shape::Signed { step } if lesson.surprise >= 0.0 => {
+                let w = step * rho * (0.2 + 0.8 * lesson.surprise);
+                self.gaussians.attract(c, lesson.state, w, e);
+            }
+            Shape::Signed { step } => {
+                let b = (step * rho * -lesson.surprise).min(0.5) / d2.max(1.0);
+                self.gaussians.shrink(c, lesson.state, b, e);
+            }
+            Shape::Resp { least } => {
+                let mass = self.facts[c / LANES].mass[c % LANES];
+                let w = (rho / mass).max(least * rho).min(0.5);
+                self.gaussians.attract(c, lesson.state, w, e);
+            }
+        }
+    }
+
+    /// Removes a component; the last one takes its index.
+    pub fn swap_remove(&mut self, c: usize) {
+        let last = self.len() - 1;
+        for fact in Facts::ALL {
+            let value = std::mem::take(fact(&mut self.facts[last / LANES], last % LANES));
+            if c != last {
+                *fact(&mut self.facts[c / LANES], c % LANES) = value;
+            }
+        }
+        self.gaussians.swap_remove(c);
+        self.facts.truncate(self.gaussians.groups());
+    }
+
+    /// Whether thawed vectors fit together.
+    pub fn is_sound(&self, frame: &Frame) -> bool {
+        self.gaussians.is_sound()
+            && self.gaussians.dims() == frame.dims
+            && self.gaussians.is_full() == frame.full
+            && self.facts.len() == self.gaussians.groups()
+    }
+}
+
+/// Picks one fact of one lane.
+type Pick = fn(&mut Facts, usize) -> &mut f64;
+
+impl Facts {
+    /// Every fact.
+    const ALL: [Pick; 6] = [
+        |f, k| &mut f.mass[k],
+        |f, k| &mut f.success[k],
+        |f, k| &mut f.value[k],
+        |f, k| &mut f.count[k],
+        |f, k| &mut f.scatter[k],
+        |f, k| &mut f.age[k],
+    ];
+
+    /// Takes in one sample with responsibility `rho`.
+    ///
+    /// # Formula
+    /// success: g += ρ;  failure: g *= 1 − ρ/2, so that g tends to twice the odds of success, not to visits.
+    /// Full (α = 1) and Constant(α): q += α ρ δ.
+    /// Average(α): κ += ρ, q += max(ρ/κ, α ρ)(y − q), κ ≤ 1/α.
+    fn learn(&mut self, lane: usize, rho: f64, lesson: &Lesson<'_>) {
+        self.mass[lane] += rho;
+        self.age[lane] += 1.0;
+        let g = &mut self.success[lane];
+        *g = if lesson.success { *g + rho } else { (*g * (1.0 - 0.5 * rho)).max(LEAST_SUCCESS) };
+        let residual = lesson.target - self.value[lane];
+        self.count[lane] += rho;
+        let (alpha, share, change) = match lesson.rate {
+            Rate::Full => (1.0, rho, rho * lesson.error),
+            Rate::Constant(alpha) => (alpha, alpha * rho, alpha * rho * lesson.error),
+            Rate::Average(alpha) => {
+                let share = (rho / self.count[lane]).max(alpha * rho);
+                (alpha, share, share * residual)
+            }
+        };
+        self.value[lane] += change;
+        self.scatter[lane] += rho * (1.0 - share.min(1.0)) * residual * residual;
+        self.forget(lane, alpha);
+    }
+
+    /// Limits the count to 1/α, the scatter with it.
+    fn forget(&mut self, lane: usize, alpha: f64) {
+        let most = 1.0 / alpha;
+        if self.count[lane] > most {
+            self.scatter[lane] *= most / self.count[lane];
+            self.count[lane] = most;
+        }
+    }
+}

@@ -6,7 +6,12 @@ pub mod plan;
 pub mod registry;
 pub mod traffic;
 
+pub mod catalogue;
+pub mod experiments;
+
 pub mod evaluate;
+pub mod finish;
+pub mod reevaluate;
 pub mod mind;
 pub mod reproduce;
 pub mod trace;
@@ -19,3 +24,5 @@ pub mod results;
 pub mod store;
 
 pub mod progress;
+
+pub use metal_rl::measure::aliasing::bound as aliasing_bound;

@@ -1,7 +1,6 @@
 //! A mind: the members of a plan and its attention controllers, newborn, trained, frozen or thawed.
 
 use crate::plan::{Acting, Plan};
-use metal_rl::environment::EnvironmentSpec;
 use metal_rl::fuse::Fuser;
 use metal_rl::learner::{Dims, LearnerError};
 use metal_rl::member::{Member, decision_dims};

@@ -3,11 +3,10 @@
 //! Costs are mean per motor step and never positive: negative is worse. Maps are ordered, so the same results give the
 //! same bytes.
 
-mod estimate;
 mod figure_data;
 pub mod lookup;
 
-pub use estimate::Estimate;
+pub use metal_rl::measure::statistics::Estimate;
 pub use figure_data::{
     AliasingRow, CAMERA_COLUMNS, CAMERA_ROWS, CameraRegion, CurvePoint, Figures, FrontPoint, LooksBlock,
     LooksMap, MapPoint, PixelImage, Pose, RoadOutline, RoadView, SceneRow, SeedPoint, Stage, TestDrive,

@@ -33,6 +33,9 @@ pub enum RunError {
     /// The world could not be built.
     #[error("environment: {0}")]
     World(#[from] crate::registry::WorldError),
+    /// A derived plan (of a fixed subset) is impossible.
+    #[error(transparent)]
+    Plan(#[from] crate::plan::PlanError),
     /// The user interrupted.
     #[error("interrupted")]
     Interrupted,

@@ -4,7 +4,7 @@ use super::curves::{learning_curve, looks_over_learning};
 use super::table::{cell, over_seeds, ratio, table2_cell, total};
 use super::{Outcome, Tables, subsets};
 use crate::evaluate::measures;
-use crate::paper::PaperNumbers;
+use crate::paper;
 use crate::registry::{Roads, roads_name};
 use crate::results::{
     Estimate, Figures, FrontPoint, Policies, Results, SCHEMA, SeedPoint, Stage, Table2, Table3Row, lookup,
@@ -31,7 +31,7 @@ pub fn gather(outcome: &Outcome) -> Results {
         table2: table2(outcome),
         ratios: ratios(outcome),
         best_fixed: outcome.best_fixed.clone(),
-        paper: Some(PaperNumbers::printed()),
+        paper: Some(paper::numbers()),
         cpu_seconds: outcome.busy.clone(),
         versions: versions(&outcome.plan.spec.id),
         config: serde_json::to_value(&outcome.plan.file).unwrap_or_default(),
@@ -51,7 +51,7 @@ fn table3() -> Vec<Table3Row> {
     let rows = aliasing::TABLE_3.iter().filter_map(|row| {
         let bound = aliasing::bound(row.levels, row.merged_states, row.actions).ok()?;
         let (k, q, actions) = (row.merged_states as u32, row.levels as u32, row.actions as u32);
-        Some(Table3Row { k, q, actions, p0: bound.collision, p: bound.aliasing })
+        Some(Table3Row { k, q, actions, p0: bound.collision, p: bound.all_actions })
     });
     rows.collect()
 }

@@ -11,7 +11,7 @@ pub type RunsBySeed = Vec<Vec<EpisodeRecord>>;
 /// An estimate over seeds; NaN without values.
 #[must_use]
 pub fn over_seeds(values: &[f64]) -> Estimate {
-    student(values).map_or_else(|| Estimate::point(f64::NAN, 0), |e| Estimate { mean: e.mean, lo: e.lo, hi: e.hi, n: e.n as u64 })
+    student(values).unwrap_or_else(|| Estimate::point(f64::NAN, 0))
 }
 
 /// One cell of the main table: every measure, mean per seed, interval over seeds.

@@ -4,6 +4,9 @@
 use crate::learner::{Dims, Learner, LearnerError, Rate, Sample};
 use serde::{Deserialize, Serialize};
 
+/// Name in configurations.
+pub(super) const NAME: &str = "given";
+
 /// Settings of [`Given`]: none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -25,7 +28,7 @@ impl Given {
             return Ok(Self { choices: dims.choices });
         }
         Err(LearnerError::Setting {
-            learner: "given",
+            learner: NAME,
             field: "inputs",
             value: dims.inputs as f64,
             allowed: "the sensor must deliver one number per action",
@@ -73,7 +76,7 @@ impl Given {
     /// # Errors
     /// If the bytes are damaged.
     pub fn thaw(bytes: &[u8]) -> Result<Self, LearnerError> {
-        let damaged = || LearnerError::Frozen { learner: "given", reason: "8 bytes expected".to_owned() };
+        let damaged = || LearnerError::Frozen { learner: NAME, reason: "8 bytes expected".to_owned() };
         let bytes: [u8; 8] = bytes.try_into().map_err(|_e| damaged())?;
         let choices = usize::try_from(u64::from_le_bytes(bytes)).map_err(|_e| damaged())?;
         Ok(Self { choices })

@@ -2,6 +2,7 @@
 
 pub mod absp;
 mod frozen;
+pub mod given;
 pub mod mlp;
 pub mod nn;
 mod settings;
@@ -10,6 +11,7 @@ use crate::learner::{Dims, Learner, LearnerError};
 use serde::{Deserialize, Serialize};
 
 pub use absp::{Absp, AbspConfig};
+pub use given::{Given, GivenConfig};
 pub use mlp::{Mlp, MlpConfig};
 
 /// Which learner, with its settings.
@@ -20,6 +22,8 @@ pub enum LearnerConfig {
     Absp(AbspConfig),
     /// A neural network over replayed samples.
     Mlp(MlpConfig),
+    /// No learning: the sensor's reading is an expert's opinion.
+    Given(GivenConfig),
 }
 
 impl Default for LearnerConfig {
@@ -35,6 +39,7 @@ impl LearnerConfig {
         match self {
             Self::Absp(_) => absp::NAME,
             Self::Mlp(_) => mlp::NAME,
+            Self::Given(_) => given::NAME,
         }
     }
 
@@ -46,6 +51,7 @@ impl LearnerConfig {
         match self {
             Self::Absp(config) => config.validate(),
             Self::Mlp(config) => config.validate(),
+            Self::Given(_) => Ok(()),
         }
     }
 
@@ -58,6 +64,7 @@ impl LearnerConfig {
         Ok(match self {
             Self::Absp(config) => Box::new(Absp::new(config, dims)?),
             Self::Mlp(config) => Box::new(Mlp::new(config, dims, seed)?),
+            Self::Given(_) => Box::new(Given::new(dims)?),
         })
     }
 
@@ -69,6 +76,7 @@ impl LearnerConfig {
         Ok(match self {
             Self::Absp(config) => Box::new(Absp::thaw(config, bytes)?),
             Self::Mlp(config) => Box::new(Mlp::thaw(config, bytes)?),
+            Self::Given(_) => Box::new(Given::thaw(bytes)?),
         })
     }
 }

@@ -20,12 +20,35 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    fn without_interval(mean: f64, n: usize) -> Self {
+    /// A mean without an interval.
+    #[must_use]
+    pub fn point(mean: f64, n: usize) -> Self {
         Self { mean, lo: None, hi: None, n }
     }
 
+    /// A mean with its interval.
+    #[must_use]
+    pub fn interval(mean: f64, lo: f64, hi: f64, n: usize) -> Self {
+        Self { mean, lo: Some(lo), hi: Some(hi), n }
+    }
+
     fn around(mean: f64, margin: f64, n: usize) -> Self {
-        Self { mean, lo: Some(mean - margin), hi: Some(mean + margin), n }
+        Self::interval(mean, mean - margin, mean + margin, n)
+    }
+
+    /// Both ends of the interval, if it is known.
+    #[must_use]
+    pub fn band(&self) -> Option<(f64, f64)> {
+        self.lo.zip(self.hi)
+    }
+
+    /// Whether the two intervals are known and have no value in common.
+    #[must_use]
+    pub fn is_apart_from(&self, other: &Self) -> bool {
+        match (self.band(), other.band()) {
+            (Some((lo, hi)), Some((other_lo, other_hi))) => hi < other_lo || other_hi < lo,
+            _ => false,
+        }
     }
 }
 
@@ -75,7 +98,7 @@ pub fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
 pub fn student(values: &[f64]) -> Option<Estimate> {
     let (centre, n) = (mean(values)?, values.len());
     Some(match sample_sd(values) {
-        None => Estimate::without_interval(centre, n),
+        None => Estimate::point(centre, n),
         Some(sd) => {
             let t = student_t_quantile(1.0 - TAIL, (n - 1) as f64);
             Estimate::around(centre, t * sd / (n as f64).sqrt(), n)
@@ -144,7 +167,7 @@ impl Bootstrap {
         }
         let centre = statistic(&all);
         if self.resamples == 0 || strata.iter().all(|s| s.len() < 2) {
-            return Some(Estimate::without_interval(centre, all.len()));
+            return Some(Estimate::point(centre, all.len()));
         }
         let mut replicas = self.replicas(strata, all.len(), statistic);
         replicas.sort_by(f64::total_cmp);

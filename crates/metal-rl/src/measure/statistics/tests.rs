@@ -133,3 +133,12 @@ proptest! {
         prop_assert!((student_t_cdf(t, f64::from(freedom)) - p).abs() < 1e-12);
     }
 }
+
+#[test]
+fn only_known_disjoint_intervals_are_apart() {
+    let low = Estimate::interval(1.0, 0.5, 1.5, 5);
+    let high = Estimate::interval(2.0, 1.6, 2.4, 5);
+    assert!(low.is_apart_from(&high) && high.is_apart_from(&low));
+    assert!(!low.is_apart_from(&Estimate::interval(2.0, 1.4, 2.6, 5)));
+    assert!(!low.is_apart_from(&Estimate::point(9.0, 1)));
+}

@@ -1,0 +1,74 @@
+//! The end of a run: everything it found, written to its folder.
+
+use crate::reproduce::{Outcome, gather};
+use crate::report::{ReportContext, ReportError, render};
+use crate::results::Results;
+use crate::store::{RecordKey, RunCard, Store, StoreError, records_csv};
+use std::collections::BTreeMap;
+
+/// Why a run could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum FinishError {
+    /// The run folder.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The drives behind some figures.
+    #[error(transparent)]
+    Run(#[from] crate::train::RunError),
+    /// The report.
+    #[error("report: {0}")]
+    Report(#[from] ReportError),
+    /// The results.
+    #[error("results.json: {0}")]
+    Json(#[from] serde_json::Error),
+    /// The records.
+    #[error("records.csv: {0}")]
+    Csv(#[from] csv::Error),
+}
+
+/// Writes plan, minds, results, records and report of a finished run.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write(outcome: &Outcome, store: &Store) -> Result<Results, FinishError> {
+    let card = RunCard {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        seed: outcome.options.seed,
+        seeds: outcome.options.seeds,
+        blind: outcome.blind,
+        quick: outcome.options.quick,
+    };
+    write_minds(outcome, store)?;
+    let results = gather(outcome);
+    store.write("results.json", serde_json::to_string_pretty(&results)?.as_bytes())?;
+    let tables = outcome.tables.iter().flat_map(|(roads, policies)| {
+        policies.iter().flat_map(move |(policy, scenarios)| {
+            scenarios.iter().map(move |(scenario, runs)| (RecordKey { policy, roads, scenario }, runs))
+        })
+    });
+    store.write("records.csv", &records_csv(tables)?)?;
+    let context = ReportContext::default();
+    store.write("report.html", render(&results, &context)?.as_bytes())?;
+    // Last, so that a folder with a card is a finished run.
+    store.write_run(&outcome.plan, &card)?;
+    Ok(results)
+}
+
+fn write_minds(outcome: &Outcome, store: &Store) -> Result<(), StoreError> {
+    let rosters: BTreeMap<String, Vec<String>> = outcome
+        .plan
+        .file
+        .phase
+        .values()
+        .filter_map(|row| match &row.acting {
+            crate::plan::Acting::Attention(name) => Some((name.clone(), row.roster.clone())),
+            _ => None,
+        })
+        .collect();
+    for (seed, phases) in outcome.trained.iter().enumerate() {
+        for (phase, trained) in phases {
+            store.write_mind(seed, phase, &trained.mind.freeze(&rosters))?;
+        }
+    }
+    Ok(())
+}

@@ -152,7 +152,7 @@ mod tests {
         #[test]
         fn the_body_stays_on_the_circle_of_its_arc(heading in -3.0..3.0, v in 0.01..0.12, w in 0.05..1.0, t in 0.0..3.0) {
             let start = Pose { x_m: 0.0, y_m: 0.0, heading_rad: heading };
-            let radius = v / w;
+            let radius: f64 = v / w;
             let (sin, cos) = num::sin_cos(heading);
             let centre = Pose { x_m: -radius * sin, y_m: radius * cos, heading_rad: 0.0 };
             let end = advance(start, Twist { speed_mps: v, turn_radps: w }, t);

@@ -1,0 +1,387 @@
+//! The robot's colour camera: true perspective onto the plane and the cars, one region at a time.
+//!
+//! 52×39 pixels, 0.84 rad across, 28 mm above the road and 30 mm ahead of the body's centre, as on an E-puck. The
+//! camera looks [`PITCH_RAD`] down, so that the horizon lies just above the top row: every pixel shows ground or a car.
+//! The picture is cut into three columns of 17, 18 and 17 pixels, and into far rows (the upper 13: from 0.13 m
+//! ahead of the lens to the horizon) and near rows (the lower 26: from 0.04 m to 0.13 m).
+
+use super::ground::{CELL_M, Ground, Material};
+use super::kinematics::{BODY_HEIGHT_M, BODY_RADIUS_M};
+use super::pose::Pose;
+use metal_rl::num;
+
+/// Pixels in a row of the picture.
+pub const COLUMNS: usize = 52;
+/// Rows of the picture.
+pub const ROWS: usize = 39;
+/// Angle of view across, in radians (E-puck).
+pub const FIELD_OF_VIEW_RAD: f64 = 0.84;
+/// Height of the lens above the road, in metres (E-puck).
+pub const HEIGHT_M: f64 = 0.028;
+/// Distance of the lens ahead of the body's centre, in metres (E-puck).
+pub const AHEAD_M: f64 = 0.03;
+/// How far down the camera looks, in radians.
+pub const PITCH_RAD: f64 = 0.32;
+
+// No ray rises (see the pitch), so a ray that meets a body's outline meets its side, never passes over its top.
+const _: () = assert!(HEIGHT_M < BODY_HEIGHT_M);
+
+/// A spatial area of the picture (Fig. 6c), in the order of the sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Region {
+    /// Middle, near.
+    MiddleNear,
+    /// Left, near.
+    LeftNear,
+    /// Right, near.
+    RightNear,
+    /// Middle, far.
+    MiddleFar,
+    /// Left, far.
+    LeftFar,
+    /// Right, far.
+    RightFar,
+}
+
+impl Region {
+    /// All regions in the order of the sensors.
+    pub const ALL: [Self; 6] =
+        [Self::MiddleNear, Self::LeftNear, Self::RightNear, Self::MiddleFar, Self::LeftFar, Self::RightFar];
+
+    /// The paper's short name (Sec. 4.2).
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MiddleNear => "MN",
+            Self::LeftNear => "LN",
+            Self::RightNear => "RN",
+            Self::MiddleFar => "MF",
+            Self::LeftFar => "LF",
+            Self::RightFar => "RF",
+        }
+    }
+
+    /// The region's pixels.
+    #[must_use]
+    pub fn window(self) -> Window {
+        let (left, right) = match self {
+            Self::LeftNear | Self::LeftFar => (0, 17),
+            Self::MiddleNear | Self::MiddleFar => (17, 35),
+            Self::RightNear | Self::RightFar => (35, COLUMNS),
+        };
+        let (top, bottom) = match self {
+            Self::MiddleFar | Self::LeftFar | Self::RightFar => (0, 13),
+            Self::MiddleNear | Self::LeftNear | Self::RightNear => (13, ROWS),
+        };
+        Window { top, bottom, left, right }
+    }
+}
+
+/// A rectangle of pixels: rows `top`..`bottom`, columns `left`..`right`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// First row.
+    pub top: usize,
+    /// Row after the last.
+    pub bottom: usize,
+    /// First column.
+    pub left: usize,
+    /// Column after the last.
+    pub right: usize,
+}
+
+impl Window {
+    /// The whole picture.
+    pub const WHOLE: Self = Self { top: 0, bottom: ROWS, left: 0, right: COLUMNS };
+
+    /// Number of pixels.
+    #[must_use]
+    pub fn pixels(&self) -> usize {
+        (self.bottom - self.top) * (self.right - self.left)
+    }
+
+    /// The window and one pixel around it, inside the picture.
+    #[must_use]
+    pub fn widened(&self) -> Self {
+        Self {
+            top: self.top.saturating_sub(1),
+            bottom: (self.bottom + 1).min(ROWS),
+            left: self.left.saturating_sub(1),
+            right: (self.right + 1).min(COLUMNS),
+        }
+    }
+}
+
+/// A body that hides what is behind it: an upright cylinder of [`BODY_RADIUS_M`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Obstacle {
+    /// Centre of the body, in metres.
+    pub x_m: f64,
+    /// Centre of the body, in metres.
+    pub y_m: f64,
+    /// What it looks like.
+    pub material: Material,
+}
+
+/// What there is to see, and from where.
+#[derive(Clone, Copy, Debug)]
+pub struct Scene<'a> {
+    /// The plane.
+    pub ground: &'a Ground,
+    /// The body that carries the camera.
+    pub eye: Pose,
+    /// All other bodies.
+    pub obstacles: &'a [Obstacle],
+}
+
+/// The ray of one pixel, in the frame of the lens: x ahead, y left, on the plane.
+#[derive(Clone, Copy, Debug)]
+struct Ray {
+    /// Direction on the plane, of length 1.
+    direction: [f64; 2],
+    /// Distance on the plane at which the ray meets the ground, in metres.
+    reach_m: f64,
+}
+
+/// The camera's geometry, computed once.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    rays: Vec<Ray>,
+    /// Where the rays meet the ground, in raster cells from the lens.
+    cells: Vec<[f64; 2]>,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Camera {
+    /// The E-puck's camera, pitched by [`PITCH_RAD`].
+    #[must_use]
+    pub fn new() -> Self {
+        let rays: Vec<Ray> = (0..ROWS * COLUMNS).map(|i| ray(i / COLUMNS, i % COLUMNS)).collect();
+        let cells = rays.iter().map(|ray| ray.direction.map(|d| d * ray.reach_m / CELL_M)).collect();
+        Self { rays, cells }
+    }
+
+    /// Where the ray of a pixel meets the ground, in metres ahead of and to the left of the body's centre.
+    #[must_use]
+    pub fn ground_point_m(&self, row: usize, column: usize) -> [f64; 2] {
+        let ray = &self.rays[row * COLUMNS + column];
+        [AHEAD_M + ray.direction[0] * ray.reach_m, ray.direction[1] * ray.reach_m]
+    }
+
+    /// Paints the pixels of `window`, row by row: `paint` gets the pixel's index in the whole picture and what it shows.
+    pub fn render(&self, scene: &Scene, window: Window, mut paint: impl FnMut(usize, Material)) {
+        let (sin, cos) = num::sin_cos(scene.eye.heading_rad);
+        let lens = [scene.eye.x_m + AHEAD_M * cos, scene.eye.y_m + AHEAD_M * sin];
+        let mut near = [Visible::NONE; MAX_OBSTACLES];
+        let count = self.visible(scene, (lens, sin, cos), window, &mut near);
+        let [column0, row0] = scene.ground.cell_of(lens[0], lens[1]);
+        for row in window.top..window.bottom {
+            for index in row * COLUMNS + window.left..row * COLUMNS + window.right {
+                let hidden_by = near[..count].iter().find(|v| v.hides(&self.rays[index]));
+                let material = hidden_by.map_or_else(
+                    || {
+                        let [ahead, left] = self.cells[index];
+                        let column = column0 + ahead * cos - left * sin;
+                        scene.ground.at_cell(column, row0 + ahead * sin + left * cos)
+                    },
+                    |v| v.material,
+                );
+                paint(index, material);
+            }
+        }
+    }
+
+    /// Collects the obstacles that some ray of `window` may meet, nearest first.
+    fn visible(
+        &self,
+        scene: &Scene,
+        (lens, sin, cos): ([f64; 2], f64, f64),
+        window: Window,
+        out: &mut [Visible; MAX_OBSTACLES],
+    ) -> usize {
+        let mut count = 0;
+        for obstacle in scene.obstacles {
+            let (dx, dy) = (obstacle.x_m - lens[0], obstacle.y_m - lens[1]);
+            let seen = Visible {
+                ahead: dx * cos + dy * sin,
+                left: dy * cos - dx * sin,
+                material: obstacle.material,
+            };
+            if self.may_show(window, &seen) {
+                out[count] = seen;
+                count += 1;
+            }
+        }
+        // Equal discs that do not overlap: along any ray the one with the nearer centre comes first.
+        out[..count].sort_by(|a, b| a.distance2().total_cmp(&b.distance2()));
+        count
+    }
+
+    /// Whether the wedge of `window` and the body may meet; cheap, and never wrongly false.
+    fn may_show(&self, window: Window, body: &Visible) -> bool {
+        let corner = |row: usize, column: usize| &self.rays[row * COLUMNS + column];
+        let (bottom, right) = (window.bottom - 1, window.right - 1);
+        let corners = [
+            corner(window.top, window.left),
+            corner(bottom, window.left),
+            corner(window.top, right),
+            corner(bottom, right),
+        ];
+        let reach = corners.iter().map(|ray| ray.reach_m).fold(0.0, f64::max) + BODY_RADIUS_M;
+        let beside = |ray: &Ray| ray.direction[0] * body.left - ray.direction[1] * body.ahead;
+        body.ahead > -BODY_RADIUS_M
+            && body.distance2() < reach * reach
+            && !corners.iter().all(|ray| beside(ray) > BODY_RADIUS_M)
+            && !corners.iter().all(|ray| beside(ray) < -BODY_RADIUS_M)
+    }
+}
+
+/// Most bodies in a scene besides the one that looks.
+const MAX_OBSTACLES: usize = 3;
+
+/// An obstacle in the frame of the lens.
+#[derive(Clone, Copy, Debug)]
+struct Visible {
+    ahead: f64,
+    left: f64,
+    material: Material,
+}
+
+impl Visible {
+    const NONE: Self = Self { ahead: 0.0, left: 0.0, material: Material::Grass };
+
+    fn distance2(&self) -> f64 {
+        self.ahead * self.ahead + self.left * self.left
+    }
+
+    /// Whether the ray meets the body before it meets the ground.
+    #[inline]
+    fn hides(&self, ray: &Ray) -> bool {
+        let [x, y] = ray.direction;
+        let along = self.ahead * x + self.left * y;
+        let beside = self.left * x - self.ahead * y;
+        let half2 = BODY_RADIUS_M * BODY_RADIUS_M - beside * beside;
+        // Entry at along − √half2, asked without the root.
+        let short = along - ray.reach_m;
+        half2 > 0.0 && along > 0.0 && (short < 0.0 || short * short < half2)
+    }
+}
+
+/// The ray through the middle of a pixel.
+fn ray(row: usize, column: usize) -> Ray {
+    let focal_px = 0.5 * COLUMNS as f64 / num::tan(0.5 * FIELD_OF_VIEW_RAD);
+    let up = (0.5 * ROWS as f64 - (row as f64 + 0.5)) / focal_px;
+    let left = (0.5 * COLUMNS as f64 - (column as f64 + 0.5)) / focal_px;
+    let (sin, cos) = num::sin_cos(PITCH_RAD);
+    let (ahead, rise) = (cos + up * sin, up * cos - sin);
+    let flat = num::hypot(ahead, left);
+    Ray { direction: [ahead / flat, left / flat], reach_m: HEIGHT_M * flat / -rise }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ground::Class;
+    use super::super::road::Road;
+    use super::super::shape::ShapeRange;
+    use super::*;
+    use proptest::prelude::*;
+    use std::sync::LazyLock;
+
+    static GROUND: LazyLock<Ground> = LazyLock::new(|| Ground::new(Road::new(1, &ShapeRange::TRAINING)));
+
+    fn picture(eye: Pose, obstacles: &[Obstacle], window: Window) -> Vec<Option<Material>> {
+        let mut out = vec![None; ROWS * COLUMNS];
+        Camera::new().render(&Scene { ground: &GROUND, eye, obstacles }, window, |i, m| out[i] = Some(m));
+        out
+    }
+
+    #[test]
+    fn rays_meet_the_ground_where_the_projection_says() {
+        let camera = Camera::new();
+        let focal = 26.0 / num::tan(0.42);
+        for (row, column) in [(0, 0), (0, 51), (12, 20), (13, 40), (38, 0), (38, 51)] {
+            let [x, y] = camera.ground_point_m(row, column);
+            // Back through the pinhole: the point in the camera's own axes, divided by its depth.
+            let (sin, cos) = num::sin_cos(PITCH_RAD);
+            let depth = (x - AHEAD_M) * cos + HEIGHT_M * sin;
+            let up = (x - AHEAD_M) * sin - HEIGHT_M * cos;
+            assert!((26.0 - focal * y / depth - (column as f64 + 0.5)).abs() < 1e-9);
+            assert!((19.5 - focal * up / depth - (row as f64 + 0.5)).abs() < 1e-9);
+        }
+        assert!(camera.ground_point_m(0, 26)[0] > 5.0, "the top row is just below the horizon");
+        let split = camera.ground_point_m(13, 26)[0];
+        assert!((0.14..0.17).contains(&split), "near ends at {split}");
+    }
+
+    #[test]
+    fn regions_cover_the_picture_once() {
+        let mut seen = vec![0; ROWS * COLUMNS];
+        for region in Region::ALL {
+            let painted = picture(Pose::default(), &[], region.window());
+            assert_eq!(painted.iter().flatten().count(), region.window().pixels());
+            painted.iter().enumerate().filter(|(_, m)| m.is_some()).for_each(|(i, _)| seen[i] += 1);
+        }
+        assert!(seen.iter().all(|&n| n == 1));
+    }
+
+    #[test]
+    fn a_car_ahead_has_the_width_of_its_projection() {
+        let focal = 26.0 / num::tan(0.42);
+        for distance in [0.15, 0.3, 0.6] {
+            let car = Obstacle { x_m: distance, y_m: 0.0, material: Material::RedBody };
+            let eye = Pose { x_m: -AHEAD_M, ..Pose::default() };
+            let painted = picture(eye, &[car], Window::WHOLE);
+            let red = |i: usize| painted[i] == Some(Material::RedBody);
+            let widest =
+                (0..ROWS).map(|r| (0..COLUMNS).filter(|c| red(r * COLUMNS + c)).count()).max().unwrap();
+            let half = BODY_RADIUS_M / (distance * distance - BODY_RADIUS_M * BODY_RADIUS_M).sqrt();
+            let expected = 2.0 * focal * half / num::cos(PITCH_RAD);
+            assert!((widest as f64 - expected).abs() < 2.0, "{distance}: {widest} against {expected}");
+        }
+    }
+
+    #[test]
+    fn the_nearer_car_hides_the_farther_and_grey_is_black() {
+        let near = Obstacle { x_m: 0.15, y_m: 0.0, material: Material::GreyBody };
+        let far = Obstacle { x_m: 0.4, y_m: 0.0, material: Material::RedBody };
+        for order in [[near, far], [far, near]] {
+            let painted = picture(Pose::default(), &order, Window::WHOLE);
+            assert!(painted.iter().all(|m| m.unwrap().class() != Class::Red));
+            assert!(painted.contains(&Some(Material::GreyBody)));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn hiding_is_that_of_a_ray_marched_in_small_steps(
+            row in 0..ROWS, column in 0..COLUMNS, ahead in 0.05..0.8, left in -0.3..0.3,
+        ) {
+            let ray = ray(row, column);
+            let body = Visible { ahead, left, material: Material::RedBody };
+            let steps = 20_000;
+            let deepest = (0..steps).map(|k| {
+                let d = ray.reach_m.min(2.0) * f64::from(k) / f64::from(steps);
+                num::hypot(ray.direction[0] * d - ahead, ray.direction[1] * d - left)
+            }).fold(f64::INFINITY, f64::min);
+            prop_assume!((deepest - BODY_RADIUS_M).abs() > 1e-4);
+            prop_assert_eq!(body.hides(&ray), deepest < BODY_RADIUS_M);
+        }
+
+        #[test]
+        fn leaving_out_a_body_early_never_changes_the_picture(x in -0.5..0.8, y in -0.5..0.5, heading in -3.1..3.1) {
+            let eye = Pose { heading_rad: heading, ..Pose::default() };
+            let car = Obstacle { x_m: x, y_m: y, material: Material::RedBody };
+            prop_assume!(num::hypot(x, y) > 2.0 * BODY_RADIUS_M);
+            let whole = picture(eye, &[car], Window::WHOLE);
+            for region in Region::ALL {
+                let part = picture(eye, &[car], region.window());
+                prop_assert!(part.iter().zip(&whole).all(|(p, w)| p.is_none() || p == w));
+            }
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! What a user may choose about the highway.
+
+use super::ground::RoadSet;
+use super::rgb::RgbConfig;
+use super::scenario::Scenario;
+use super::task::Task;
+use serde::{Deserialize, Serialize};
+
+/// How the camera's features come about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pixels {
+    /// Every pixel's class is looked up directly: the fast path.
+    #[default]
+    Classes,
+    /// A colour picture is made and classified, as on a robot.
+    Rgb(RgbConfig),
+}
+
+/// Configuration of the highway. The default is the paper's training: its one road, the mix, 50 steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct HighwayConfig {
+    /// Roads to drive on.
+    pub roads: RoadSet,
+    /// What the episodes are about.
+    pub scenario: Scenario,
+    /// How the camera's features come about.
+    pub pixels: Pixels,
+    /// Motor steps of an episode (Table 2: 50).
+    pub horizon: usize,
+    /// Weights of the motor costs and prices of the looks.
+    pub task: Task,
+}
+
+impl Default for HighwayConfig {
+    fn default() -> Self {
+        Self {
+            roads: RoadSet::default(),
+            scenario: Scenario::default(),
+            pixels: Pixels::default(),
+            horizon: 50,
+            task: Task::default(),
+        }
+    }
+}
+
+impl HighwayConfig {
+    /// The default with these roads and this scenario.
+    #[must_use]
+    pub fn new(roads: RoadSet, scenario: Scenario) -> Self {
+        Self { roads, scenario, ..Self::default() }
+    }
+}

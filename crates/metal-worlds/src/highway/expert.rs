@@ -1,0 +1,175 @@
+//! The expert advisor of Phase I: a short look-ahead with ground truth, the real kinematics and predicted cars.
+
+use super::kinematics::{
+    ACTION_SECS, BODY_RADIUS_M, MotorAction, SUBSTEP_SECS, SUBSTEPS, TURN_RADPS, advance,
+};
+use super::pose::Pose;
+use super::road::{Place, Road};
+use super::task::{Facts, LANE_FREE_M, Task};
+use super::traffic::{CARS, car_twist, scripted_action};
+
+/// Motor actions looked ahead.
+const DEPTH: usize = 6;
+/// Plans kept after each of them.
+const BEAM: usize = 14;
+/// What the expert adds to every car's radius, in metres: it keeps this clear of what it predicts.
+const CARE_M: f64 = 0.006;
+
+/// What the expert knows of the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Knowledge<'a> {
+    /// The road.
+    pub road: &'a Road,
+    /// What is wanted.
+    pub task: &'a Task,
+    /// The learner's body.
+    pub learner: Pose,
+    /// Turning rate of the learner's last action, in radians per second.
+    pub last_turn_radps: f64,
+    /// The red cars.
+    pub cars: &'a [Pose],
+}
+
+/// A plan: its first action, where it has led and what it has cost.
+#[derive(Clone, Copy, Debug)]
+struct Plan {
+    first: MotorAction,
+    body: Pose,
+    turn_radps: f64,
+    cost: f64,
+    /// Cost so far and an estimate of what is to come.
+    outlook: f64,
+}
+
+/// The action of the cheapest plan found.
+#[must_use]
+pub fn advise(knowledge: &Knowledge) -> MotorAction {
+    let paths = predict(knowledge.road, knowledge.cars);
+    let root = Plan {
+        first: MotorAction::Fast,
+        body: knowledge.learner,
+        turn_radps: knowledge.last_turn_radps,
+        cost: 0.0,
+        outlook: 0.0,
+    };
+    let mut beam = [root; BEAM];
+    let mut width = 1;
+    for depth in 0..DEPTH {
+        let mut next = [root; BEAM];
+        let mut kept = 0;
+        for plan in &beam[..width] {
+            for action in MotorAction::ALL {
+                let mut longer = extend(knowledge, plan, action, &paths[depth]);
+                if depth == 0 {
+                    longer.first = action;
+                }
+                kept = keep(&mut next, kept, longer);
+            }
+        }
+        (beam, width) = (next, kept);
+    }
+    beam[0].first
+}
+
+/// Inserts `plan` into the sorted beam, if it is among the best; returns the number kept.
+fn keep(beam: &mut [Plan; BEAM], kept: usize, plan: Plan) -> usize {
+    let at = beam[..kept].partition_point(|other| other.outlook <= plan.outlook);
+    if at == BEAM {
+        return kept;
+    }
+    let end = (kept + 1).min(BEAM);
+    beam[at..end].rotate_right(1);
+    beam[at] = plan;
+    end
+}
+
+/// Where the cars are in the middle and at the end of each action ahead.
+type Path = [[Pose; CARS]; 2];
+
+/// Predicts the cars as if the script drove them.
+fn predict(road: &Road, cars: &[Pose]) -> [Path; DEPTH] {
+    let mut now = [Pose::default(); CARS];
+    now[..cars.len()].copy_from_slice(cars);
+    let mut paths = [[now; 2]; DEPTH];
+    for path in &mut paths {
+        for (i, car) in now.iter_mut().enumerate().take(cars.len()) {
+            let twist = car_twist(scripted_action(road, car, &[]));
+            path[0][i] = advance(*car, twist, 0.5 * ACTION_SECS);
+            path[1][i] = advance(path[0][i], twist, 0.5 * ACTION_SECS);
+            *car = path[1][i];
+        }
+    }
+    paths
+}
+
+/// The plan, one action longer.
+fn extend(knowledge: &Knowledge, plan: &Plan, action: MotorAction, path: &Path) -> Plan {
+    let twist = action.twist();
+    let middle = advance(plan.body, twist, (SUBSTEPS / 2) as f64 * SUBSTEP_SECS);
+    let body = advance(middle, twist, (SUBSTEPS - SUBSTEPS / 2) as f64 * SUBSTEP_SECS);
+    let cars = knowledge.cars.len();
+    let gap_then = gap_m(&middle, &path[0][..cars]) - CARE_M;
+    let gap_m = gap_m(&body, &path[1][..cars]) - CARE_M;
+    let place = knowledge.road.locate(body.x_m, body.y_m);
+    let direction = place.direction(body.heading_rad);
+    let facts = Facts {
+        contact: gap_m.min(gap_then) <= 0.0,
+        gap_m,
+        offset_m: direction.sign() * place.offset_m,
+        speed_mps: twist.speed_mps,
+        turn_radps: twist.turn_radps,
+        last_turn_radps: plan.turn_radps,
+    };
+    let cost = plan.cost + knowledge.task.motor_cost(&facts).total();
+    let outlook = cost + to_come(&place, &body);
+    Plan { first: plan.first, body, turn_radps: twist.turn_radps, cost, outlook }
+}
+
+/// Free distance to the nearest car, in metres.
+fn gap_m(body: &Pose, cars: &[Pose]) -> f64 {
+    cars.iter().map(|car| car.distance_m(body) - 2.0 * BODY_RADIUS_M).fold(f64::INFINITY, f64::min)
+}
+
+/// A guess at the cost of getting back into the lane: how far out of it, and how wrong the heading is for returning.
+fn to_come(place: &Place, body: &Pose) -> f64 {
+    let direction = place.direction(body.heading_rad);
+    let offset = place.lane_offset_m(direction);
+    let wanted = (-8.0 * offset).clamp(-0.7, 0.7);
+    let turns =
+        (wanted - place.heading_error_rad(body.heading_rad, direction)).abs() / (TURN_RADPS * ACTION_SECS);
+    let out = (offset.abs() - 0.5 * LANE_FREE_M).max(0.0);
+    2.0 * turns * turns / (1.0 + turns) + 200.0 * out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::road::Direction;
+    use super::super::shape::ShapeRange;
+    use super::*;
+
+    fn advice(learner: Pose, road: &Road, cars: &[Pose]) -> MotorAction {
+        advise(&Knowledge { road, task: &Task::default(), learner, last_turn_radps: 0.0, cars })
+    }
+
+    #[test]
+    fn it_drives_fast_on_free_straights_and_never_into_a_car() {
+        let road = Road::new(1, &ShapeRange::TRAINING);
+        let arc = road.straightest_arc_m();
+        let learner = road.pose_at(arc, -0.07, Direction::Along);
+        assert_eq!(advice(learner, &road, &[]), MotorAction::Fast);
+        let car = road.pose_at(arc + 0.11, -0.07, Direction::Along);
+        assert_ne!(advice(learner, &road, &[car]), MotorAction::Fast);
+    }
+
+    #[test]
+    fn it_turns_back_into_its_lane() {
+        let road = Road::new(1, &ShapeRange::TRAINING);
+        let arc = road.straightest_arc_m();
+        for direction in [Direction::Along, Direction::Against] {
+            let edge = road.pose_at(arc, -direction.sign() * 0.13, direction);
+            assert_eq!(advice(edge, &road, &[]), MotorAction::TurnLeft);
+            let wrong = road.pose_at(arc, direction.sign() * 0.07, direction);
+            assert_eq!(advice(wrong, &road, &[]), MotorAction::TurnRight);
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! The red cars: same body and actions as the learner, at half its pace, steered by a mind from outside or by a script.
+
+use super::kinematics::{ACTION_SECS, MotorAction, TURN_RADPS, Twist};
+use super::pose::Pose;
+use super::road::Road;
+use std::sync::Arc;
+
+/// Most red cars in the world (Sec. 4.1: "two other cars").
+pub const CARS: usize = 2;
+/// Pace of a red car against the learner's: same arcs, half the speed, so that the learner can near one from behind.
+pub const CAR_PACE: f64 = 0.5;
+/// Length of what a driver sees: six regions of four colours.
+pub const VISION: usize = 24;
+
+/// A mind that drives a red car, greedy and learning nothing (Sec. 4.1: "FOAs that have learned how to drive").
+pub trait Driver: Send + Sync {
+    /// The motor action (an index into Eq. (12)) for what the car's camera shows: regions in the order MN, LN, RN,
+    /// MF, LF, RF, for each the fractions of black, white, red and green pixels in [0, 1].
+    fn drive(&self, vision: &[f64; VISION]) -> usize;
+}
+
+/// Who steers the red cars.
+#[derive(Clone, Default)]
+pub enum Steering {
+    /// A lane follower with ground truth, until minds are there.
+    #[default]
+    Scripted,
+    /// A trained mind, shared by all cars and all copies of the world.
+    Mind(Arc<dyn Driver>),
+}
+
+impl std::fmt::Debug for Steering {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Scripted => "Scripted",
+            Self::Mind(_) => "Mind",
+        })
+    }
+}
+
+/// The motion of a red car under a motor action.
+#[must_use]
+pub fn car_twist(action: MotorAction) -> Twist {
+    action.twist().scaled(CAR_PACE)
+}
+
+/// What the scripted driver does at `me`: it keeps its right lane, slows down behind another red car, and does not
+/// care for the learner (Sec. 4.4: the red cars "do not necessarily care about colliding with the learning robot").
+#[must_use]
+pub fn scripted_action(road: &Road, me: &Pose, others: &[Pose]) -> MotorAction {
+    if others.iter().any(|other| me.distance_m(other) < 0.16 && me.bearing_rad(other).abs() < 0.5) {
+        return MotorAction::SlowDown;
+    }
+    let place = road.locate(me.x_m, me.y_m);
+    let direction = place.direction(me.heading_rad);
+    let wanted = (-8.0 * place.lane_offset_m(direction)).clamp(-0.6, 0.6);
+    let bend = direction.sign() * place.curvature * 0.03;
+    let turn = wanted - place.heading_error_rad(me.heading_rad, direction) + bend;
+    let half_a_turn = 0.5 * TURN_RADPS * CAR_PACE * ACTION_SECS;
+    if turn > half_a_turn {
+        MotorAction::TurnLeft
+    } else if turn < -half_a_turn {
+        MotorAction::TurnRight
+    } else {
+        MotorAction::Fast
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::kinematics::advance;
+    use super::super::road::Direction;
+    use super::super::shape::ShapeRange;
+    use super::*;
+
+    #[test]
+    fn the_script_keeps_its_lane_on_every_family_of_roads() {
+        for (seed, range) in [(1, ShapeRange::TRAINING), (201, ShapeRange::TEST)] {
+            let road = Road::new(seed, &range);
+            for direction in [Direction::Along, Direction::Against] {
+                let mut car = road.pose_at(0.5, -direction.sign() * 0.07, direction);
+                let mut run = 0.0;
+                for _ in 0..400 {
+                    let before = car;
+                    car = advance(car, car_twist(scripted_action(&road, &car, &[])), ACTION_SECS);
+                    run += before.distance_m(&car);
+                    let place = road.locate(car.x_m, car.y_m);
+                    assert!(place.lane_offset_m(direction).abs() < 0.03);
+                    assert_eq!(place.direction(car.heading_rad), direction);
+                }
+                assert!(run > 7.0, "it makes way: {run} m");
+            }
+        }
+    }
+}

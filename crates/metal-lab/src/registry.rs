@@ -2,11 +2,13 @@
 
 use crate::traffic;
 use metal_rl::environment::Environment;
-use metal_worlds::highway::{Highway, HighwayConfig, RoadSet, Scenario};
+use metal_worlds::highway::{Ground, Highway, HighwayConfig, RoadSet, Scenario, Steering};
 use metal_worlds::maze::{Maze, MazeConfig};
 use metal_worlds::puddle::Puddle;
 use metal_worlds::toy::Toy;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 pub use metal_worlds::highway::RoadSet as Roads;
 
@@ -16,6 +18,8 @@ pub use metal_worlds::highway::RoadSet as Roads;
 pub enum EnvironmentConfig {
     /// The miniature two-lane highway of the paper (`Highway-v0`).
     Highway(HighwayConfig),
+    /// The same among scripted cars, where the traffic of `Highway-v0` learned to drive.
+    HighwayScripted(HighwayConfig),
     /// The maze of Eq. (14) with its two tiny agents, X and Y.
     Maze(MazeConfig),
     /// Puddle world: the usual proving ground of continuous reinforcement learning.
@@ -45,7 +49,8 @@ impl EnvironmentConfig {
     pub fn build(&self) -> Result<Box<dyn Environment>, WorldError> {
         let refuse = |e: &dyn std::fmt::Display| WorldError(e.to_string());
         Ok(match self {
-            Self::Highway(config) => Box::new(self::highway(config)?),
+            Self::Highway(config) => Box::new(highway(config, traffic::steering())),
+            Self::HighwayScripted(config) => Box::new(highway(config, Steering::Scripted)),
             Self::Maze(config) => Box::new(Maze::new(config.clone()).map_err(|e| refuse(&e))?),
             Self::Puddle(_) => Box::new(Puddle::new()),
             Self::Toy(_) => Box::new(Toy::new()),
@@ -56,7 +61,7 @@ impl EnvironmentConfig {
     #[must_use]
     pub fn scenarios(&self) -> Vec<String> {
         match self {
-            Self::Highway(_) => Scenario::ALL.iter().map(|s| s.name().to_owned()).collect(),
+            Self::Highway(_) | Self::HighwayScripted(_) => Scenario::ALL.iter().map(|s| s.name().to_owned()).collect(),
             _ => vec![ONLY.to_owned()],
         }
     }
@@ -65,14 +70,14 @@ impl EnvironmentConfig {
     #[must_use]
     pub fn training_scenario(&self) -> String {
         match self {
-            Self::Highway(config) => config.scenario.name().to_owned(),
+            Self::Highway(config) | Self::HighwayScripted(config) => config.scenario.name().to_owned(),
             _ => ONLY.to_owned(),
         }
     }
 
     /// Switches the scenario, where there are several and `name` is one of them.
     pub fn set_scenario(&mut self, name: &str) {
-        if let Self::Highway(config) = self {
+        if let Self::Highway(config) | Self::HighwayScripted(config) = self {
             if let Some(scenario) = Scenario::ALL.iter().find(|s| s.name() == name) {
                 config.scenario = *scenario;
             }
@@ -81,7 +86,7 @@ impl EnvironmentConfig {
 
     /// Moves to other roads, where there are roads.
     pub fn set_roads(&mut self, roads: &RoadSet) {
-        if let Self::Highway(config) = self {
+        if let Self::Highway(config) | Self::HighwayScripted(config) = self {
             config.roads = roads.clone();
         }
     }
@@ -90,19 +95,20 @@ impl EnvironmentConfig {
     #[must_use]
     pub fn road_sets(&self) -> Vec<RoadSet> {
         match self {
-            Self::Highway(_) => vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test],
+            Self::Highway(_) | Self::HighwayScripted(_) => vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test],
             _ => vec![RoadSet::Training],
         }
     }
 }
 
-/// The highway with its trained traffic, as its own type: figures draw it.
-///
-/// # Errors
-/// If its settings are impossible.
-pub fn highway(config: &HighwayConfig) -> Result<Highway, WorldError> {
-    let refuse = |e: &dyn std::fmt::Display| WorldError(e.to_string());
-    Highway::new(config.clone(), traffic::driver()).map_err(|e| refuse(&e))
+/// The highway as its own type: figures draw it. Roads are built once in the life of the program.
+#[must_use]
+pub fn highway(config: &HighwayConfig, steering: Steering) -> Highway {
+    static ROADS: Mutex<BTreeMap<String, Arc<[Ground]>>> = Mutex::new(BTreeMap::new());
+    let mut built = ROADS.lock().unwrap_or_else(PoisonError::into_inner);
+    let grounds = built.entry(roads_name(&config.roads)).or_insert_with(|| config.roads.build()).clone();
+    drop(built);
+    Highway::on_roads(config.clone(), grounds, steering)
 }
 
 /// Name of a set of roads in results and on the command line.

@@ -4,7 +4,7 @@ use crate::traffic;
 use metal_rl::environment::Environment;
 use metal_worlds::highway::{Ground, Highway, HighwayConfig, RoadSet, Scenario, Steering};
 use metal_worlds::maze::{Maze, MazeConfig};
-use metal_worlds::puddle::Puddle;
+use metal_worlds::puddle::{Puddle, PuddleConfig};
 use metal_worlds::toy::Toy;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ pub enum EnvironmentConfig {
     /// The maze of Eq. (14) with its two tiny agents, X and Y.
     Maze(MazeConfig),
     /// Puddle world: the usual proving ground of continuous reinforcement learning.
-    Puddle(NoSettings),
+    Puddle(PuddleConfig),
     /// Seven experts and one move: attention control with a known optimum.
     Toy(NoSettings),
 }
@@ -52,7 +52,7 @@ impl EnvironmentConfig {
             Self::Highway(config) => Box::new(highway(config, traffic::steering())),
             Self::HighwayScripted(config) => Box::new(highway(config, Steering::Scripted)),
             Self::Maze(config) => Box::new(Maze::new(config.clone()).map_err(|e| refuse(&e))?),
-            Self::Puddle(_) => Box::new(Puddle::new()),
+            Self::Puddle(config) => Box::new(Puddle::new(config)),
             Self::Toy(_) => Box::new(Toy::new()),
         })
     }

@@ -3,6 +3,7 @@
 use metal_rl::environment::EnvironmentSpec;
 use metal_rl::measure::behaviour::{Driving, DrivingRun, driving};
 use metal_rl::observe::{Observer, Step};
+use metal_worlds::highway::kinematics::ACTION_SECS;
 
 /// One episode in numbers. Costs are sums over its motor steps (rewards, so ≤ 0 where they hurt).
 #[derive(Clone, Debug, PartialEq)]
@@ -55,12 +56,12 @@ struct Log {
 }
 
 /// Columns of a world's report.
-const COLUMNS: [&str; 7] = ["accident", "fault", "off_road", "turn_rad", "distance_m", "speed_mps", "lane_offset_m"];
+const COLUMNS: [&str; 6] = ["accident", "fault", "off_road", "turn_radps", "speed_mps", "lane_offset_m"];
 
 /// Records every episode of a run.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    columns: [Option<usize>; 7],
+    columns: [Option<usize>; 6],
     log: Log,
     /// Finished episodes.
     pub episodes: Vec<EpisodeRecord>,
@@ -90,13 +91,13 @@ impl Observer for Trace {
     fn on_step(&mut self, step: &Step<'_>) {
         let value = |column: usize| self.columns[column].map_or(0.0, |i| step.measures[i]);
         let (contact, fault, off_road) = (value(0) > 0.5, value(1) > 0.5, value(2) > 0.5);
-        let (turn, distance, speed, offset) = (value(3), value(4), value(5), value(6));
+        let (turn_radps, speed, offset) = (value(3), value(4), value(5));
         let log = &mut self.log;
         log.contact.push(contact);
         log.own_fault.push(fault);
         log.off_road.push(off_road);
-        log.turn_rad.push(turn);
-        log.distance_m.push(distance);
+        log.turn_rad.push(turn_radps * ACTION_SECS);
+        log.distance_m.push(speed * ACTION_SECS);
         log.speed_mps.push(speed);
         log.lane_offset_m.push(offset);
         log.looks.push(u8::try_from(step.state.order().len()).unwrap_or(u8::MAX));

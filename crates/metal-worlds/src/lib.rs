@@ -7,4 +7,5 @@
 
 pub mod highway;
 pub mod maze;
+pub mod puddle;
 pub mod toy;

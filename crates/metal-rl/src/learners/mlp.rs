@@ -139,6 +139,11 @@ impl TargetScale {
         let error = target - self.mean;
         self.mean += rate * error;
         self.variance = (1.0 - rate) * (self.variance + rate * error * error);
+        if self.count < 1.5 {
+            // Nothing is learned yet: starting at the first target saves the way there from 0.
+            (self.centre, self.unit) = (target, (0.1 * target.abs()).max(1.0));
+            return None;
+        }
         let unit = self.variance.sqrt().max(Self::SMALLEST).max(0.1 * self.mean.abs());
         let grown = (unit / self.unit - 1.0).abs() > 0.1;
         if !grown && (self.mean - self.centre).abs() < 0.1 * self.unit {

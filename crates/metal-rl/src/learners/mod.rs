@@ -1,18 +1,24 @@
 //! The learners: one file or folder each, all behind [`Learner`].
 
 pub mod absp;
+pub mod bayes_mix;
 mod frozen;
 pub mod given;
+pub mod igmn;
 pub mod mlp;
 pub mod nn;
 mod settings;
+pub mod tile;
 
 use crate::learner::{Dims, Learner, LearnerError};
 use serde::{Deserialize, Serialize};
 
 pub use absp::{Absp, AbspConfig};
+pub use bayes_mix::{BayesMix, BayesMixConfig};
 pub use given::{Given, GivenConfig};
+pub use igmn::{Igmn, IgmnConfig};
 pub use mlp::{Mlp, MlpConfig};
+pub use tile::{Tile, TileConfig};
 
 /// Which learner, with its settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +26,12 @@ pub use mlp::{Mlp, MlpConfig};
 pub enum LearnerConfig {
     /// Bayesian continuous Q-learning with action-based soft partitioning: the paper's, reconstructed.
     Absp(AbspConfig),
+    /// The same partition with a belief about every value.
+    BayesMix(BayesMixConfig),
+    /// Incremental Gaussian mixture network over states and values together.
+    Igmn(IgmnConfig),
+    /// Tile coding, the plain baseline.
+    Tile(TileConfig),
     /// A neural network over replayed samples.
     Mlp(MlpConfig),
     /// No learning: the sensor's reading is an expert's opinion.
@@ -38,6 +50,9 @@ impl LearnerConfig {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Absp(_) => absp::NAME,
+            Self::BayesMix(_) => bayes_mix::NAME,
+            Self::Igmn(_) => igmn::NAME,
+            Self::Tile(_) => tile::NAME,
             Self::Mlp(_) => mlp::NAME,
             Self::Given(_) => given::NAME,
         }
@@ -50,6 +65,9 @@ impl LearnerConfig {
     pub fn validate(&self) -> Result<(), LearnerError> {
         match self {
             Self::Absp(config) => config.validate(),
+            Self::BayesMix(config) => config.validate(),
+            Self::Igmn(config) => config.validate(),
+            Self::Tile(config) => config.validate(),
             Self::Mlp(config) => config.validate(),
             Self::Given(_) => Ok(()),
         }
@@ -63,6 +81,9 @@ impl LearnerConfig {
         settings::check_dims(self.name(), dims)?;
         Ok(match self {
             Self::Absp(config) => Box::new(Absp::new(config, dims)?),
+            Self::BayesMix(config) => Box::new(BayesMix::new(config, dims)?),
+            Self::Igmn(config) => Box::new(Igmn::new(config, dims)?),
+            Self::Tile(config) => Box::new(Tile::new(config, dims)?),
             Self::Mlp(config) => Box::new(Mlp::new(config, dims, seed)?),
             Self::Given(_) => Box::new(Given::new(dims)?),
         })
@@ -75,6 +96,9 @@ impl LearnerConfig {
     pub fn thaw(&self, bytes: &[u8]) -> Result<Box<dyn Learner>, LearnerError> {
         Ok(match self {
             Self::Absp(config) => Box::new(Absp::thaw(config, bytes)?),
+            Self::BayesMix(config) => Box::new(BayesMix::thaw(config, bytes)?),
+            Self::Igmn(config) => Box::new(Igmn::thaw(config, bytes)?),
+            Self::Tile(config) => Box::new(Tile::thaw(config, bytes)?),
             Self::Mlp(config) => Box::new(Mlp::thaw(config, bytes)?),
             Self::Given(_) => Box::new(Given::thaw(bytes)?),
         })

@@ -33,6 +33,17 @@ pub enum Scenario {
 }
 
 impl Scenario {
+    /// Name in experiment files and results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mix => "mix",
+            Self::FreeRoad => "free_road",
+            Self::Approaching => "approaching",
+            Self::FromBehind => "from_behind",
+        }
+    }
+
     /// All scenarios.
     pub const ALL: [Self; 4] = [Self::Mix, Self::FreeRoad, Self::Approaching, Self::FromBehind];
     /// The test scenarios of Table 2.

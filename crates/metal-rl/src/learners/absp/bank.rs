@@ -1,7 +1,7 @@
 //! The mixtures of all actions: the part that [`super::Absp`] and [`super::super::bayes_mix::BayesMix`] share.
 
 use super::frame::Frame;
-use super::mixture::{Lesson, Mixture, Scan};
+use super::mixture::{Facts, Lesson, Mixture, Scan};
 use crate::learner::{Rate, Sample};
 use crate::num;
 use serde::{Deserialize, Serialize};
@@ -77,6 +77,17 @@ impl Bank {
     /// ln Σ exp(q/T) N(s) of one action.
     pub fn log_gibbs(&self, choice: usize, state: &[f64], temperature: f64) -> f64 {
         self.mixtures[choice].log_gibbs(&self.frame, state, temperature)
+    }
+
+    /// Expectation of `of(facts, lane)` over the components of one action; the background counts `background`.
+    pub fn expect(
+        &self,
+        choice: usize,
+        state: &[f64],
+        background: f64,
+        of: impl Fn(&Facts, usize) -> f64,
+    ) -> f64 {
+        self.mixtures[choice].expect(&self.frame, state, background, of)
     }
 
     /// Whether thawed parts fit together.

@@ -22,6 +22,8 @@ pub(crate) struct Gaussians {
     dims: usize,
     full: bool,
     len: usize,
+    /// Leading dimensions that ln |Σ| is about: all, or all but a value axis.
+    counted: usize,
     /// Smallest standard deviation per dimension; for full covariances smallest diagonal entry of L.
     floors: Vec<f64>,
     /// Group × dims.
@@ -30,7 +32,7 @@ pub(crate) struct Gaussians {
     factors: Vec<Lane>,
     /// Group × dims. Diagonal: 1/variance. Full: 1/L[i][i].
     inverses: Vec<Lane>,
-    /// Group: ln |Σ|.
+    /// Group: ln |Σ| of the counted dimensions.
     log_dets: Vec<Lane>,
 }
 
@@ -43,7 +45,14 @@ impl Gaussians {
     /// None yet, with these smallest standard deviations (one per dimension).
     pub fn new(full: bool, floors: Vec<f64>) -> Self {
         let (means, factors, inverses, log_dets) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { dims: floors.len(), full, len: 0, floors, means, factors, inverses, log_dets }
+        let dims = floors.len();
+        Self { dims, full, len: 0, counted: dims, floors, means, factors, inverses, log_dets }
+    }
+
+    /// None yet, full, over a state and a value as the last dimension, which determinants leave out.
+    pub fn with_value_axis(floors: Vec<f64>) -> Self {
+        let counted = floors.len() - 1;
+        Self { counted, ..Self::new(true, floors) }
     }
 
     /// How many there are.
@@ -70,6 +79,7 @@ impl Gaussians {
     pub fn is_sound(&self) -> bool {
         let groups = self.groups();
         self.floors.len() == self.dims
+            && self.counted <= self.dims
             && self.means.len() == groups * self.dims
             && self.inverses.len() == groups * self.dims
             && self.factors.len() == groups * self.rows()
@@ -311,7 +321,7 @@ impl Gaussians {
             self.set_factor(c, row, value);
             self.inverses[c / LANES * self.dims + i][c % LANES] = 1.0 / value;
         }
-        let diagonal = (0..self.dims).map(|i| self.factor(c, if self.full { at(i, i) } else { i }));
+        let diagonal = (0..self.counted).map(|i| self.factor(c, if self.full { at(i, i) } else { i }));
         self.log_dets[c / LANES][c % LANES] = power * log_product(diagonal);
     }
 }

@@ -111,3 +111,104 @@ impl Mixture {
         self.facts[c / LANES].value[c % LANES]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::MixtureConfig;
+    use super::super::bank::Bank;
+    use super::super::frame::{Frame, Shape};
+    use super::*;
+    use crate::learner::{Rate, Sample};
+    use crate::random::Rng;
+
+    /// A bank of one action that has seen `n` random samples.
+    fn trained(full: bool, cap: usize, n: usize) -> Bank {
+        let config = MixtureConfig { cap, shape: Shape::Resp { least: 0.01 }, ..MixtureConfig::default() };
+        let frame = Frame { full, ..config.frame("test", 3).unwrap() };
+        let mut bank = Bank::new(frame, 1);
+        let mut rng = Rng::new(11);
+        for _ in 0..n {
+            let state: Vec<f64> = (0..3).map(|_| rng.uniform()).collect();
+            let target = 10.0 * state[0] + rng.normal();
+            let sample = Sample { state: &state, choice: 0, target, demonstrated: false };
+            bank.learn(&sample, Rate::Average(0.02));
+        }
+        bank
+    }
+
+    /// Mass, mass-weighted mean and second moment, and count-weighted value of components i and j.
+    fn moments(m: &Mixture, which: &[usize]) -> Vec<f64> {
+        let dims = m.gaussians.dims();
+        let mut sums = vec![0.0; 2 + dims + dims * dims];
+        for &c in which {
+            let (n, g) = (m.mass(c), &m.gaussians);
+            sums[0] += n;
+            sums[1] += m.facts[c / LANES].count[c % LANES] * m.value(c);
+            for i in 0..dims {
+                sums[2 + i] += n * g.mean(c, i);
+                for j in 0..dims {
+                    let second = g.covariance(c, i, j) + g.mean(c, i) * g.mean(c, j);
+                    sums[2 + dims + i * dims + j] += n * second;
+                }
+            }
+        }
+        sums
+    }
+
+    #[test]
+    fn a_merger_conserves_mass_moments_and_value() {
+        let mut mixture = trained(true, 100, 400).mixtures()[0].clone();
+        let before = moments(&mixture, &[1, 9]);
+        mixture.merge(1, 9, &mut Vec::new());
+        for (b, a) in before.iter().zip(moments(&mixture, &[1])) {
+            assert!((b - a).abs() < 1e-9 * b.abs().max(1.0), "{b} became {a}");
+        }
+    }
+
+    #[test]
+    fn a_diagonal_merger_conserves_means_and_variances() {
+        let mut mixture = trained(false, 100, 400).mixtures()[0].clone();
+        let before = moments(&mixture, &[0, 3]);
+        mixture.merge(0, 3, &mut Vec::new());
+        let after = moments(&mixture, &[0]);
+        for k in [0, 1, 2, 3, 4, 5, 9, 13] {
+            assert!((before[k] - after[k]).abs() < 1e-9, "{} became {}", before[k], after[k]);
+        }
+    }
+
+    #[test]
+    fn twins_merge_first() {
+        let mut mixture = trained(true, 100, 300).mixtures()[0].clone();
+        let twin: Vec<f64> = (0..3).map(|i| mixture.gaussians.mean(2, i) + 1e-4).collect();
+        let sd: Vec<f64> = (0..3).map(|i| mixture.gaussians.covariance(2, i, i).sqrt()).collect();
+        let c = mixture.gaussians.push(&twin, |i| sd[i]);
+        mixture.facts.resize_with(mixture.gaussians.groups(), Default::default);
+        let value = mixture.value(2);
+        let facts = &mut mixture.facts[c / LANES];
+        (facts.mass[c % LANES], facts.count[c % LANES], facts.value[c % LANES]) = (1.0, 1.0, value);
+        let (before, mass) = (mixture.len(), mixture.mass(2));
+        mixture.merge_cheapest(1, 1.0);
+        assert_eq!(mixture.len(), before - 1);
+        assert!((mixture.mass(2) - mass - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn old_light_components_are_pruned_but_never_the_last() {
+        let mut mixture = trained(true, 100, 300).mixtures()[0].clone();
+        let frame = Frame { prune_age: -1.0, prune_mass: f64::INFINITY, ..trained(true, 9, 0).frame };
+        mixture.prune(&frame);
+        assert_eq!((mixture.len(), mixture.facts.len()), (1, 1));
+    }
+
+    #[test]
+    fn responsibilities_sum_to_one() {
+        for full in [true, false] {
+            let bank = trained(full, 30, 1000);
+            assert!(bank.components() <= 30);
+            for x in [0.0, 0.3, 0.8, 5.0, 1e6] {
+                let sum = bank.expect(0, &[x, 0.5, 0.2], 1.0, |_, _| 1.0);
+                assert!((sum - 1.0).abs() < 1e-12, "{sum} at {x}");
+            }
+        }
+    }
+}

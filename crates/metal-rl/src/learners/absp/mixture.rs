@@ -7,10 +7,10 @@ use crate::num;
 use serde::{Deserialize, Serialize};
 
 /// Log densities this far below the largest one are beneath rounding.
-const NEGLIGIBLE: f64 = -40.0;
+pub(crate) const NEGLIGIBLE: f64 = -40.0;
 
 /// Responsibility below which a component does not learn.
-const TOUCHED: f64 = 1e-6;
+pub(crate) const TOUCHED: f64 = 1e-6;
 
 /// Floor of the success mass, so that its logarithm exists.
 const LEAST_SUCCESS: f64 = 1e-9;
@@ -120,7 +120,7 @@ pub(crate) struct Lesson<'a> {
 }
 
 /// Runs `body` with one row per dimension of working space on the stack: small where that is enough.
-fn with_rows<T>(full_dims: usize, body: impl FnOnce(&mut [Lane]) -> T) -> T {
+pub(crate) fn with_rows<T>(full_dims: usize, body: impl FnOnce(&mut [Lane]) -> T) -> T {
     if full_dims <= 8 { body(&mut [[0.0; LANES]; 8]) } else { body(&mut [[0.0; LANES]; MAX_FULL]) }
 }
 

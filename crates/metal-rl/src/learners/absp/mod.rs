@@ -25,6 +25,7 @@ pub(super) use bank::{Bank, normalise_logs};
 pub use frame::Shape;
 pub(super) use frame::{Frame, chi_squared_quantile};
 pub(super) use gaussians::{Gaussians, LANES, Lane, MAX_FULL};
+pub(super) use mixture::{NEGLIGIBLE, TOUCHED, with_rows};
 use serde::{Deserialize, Serialize};
 
 /// Name in configurations and frozen bytes.
@@ -197,10 +198,15 @@ impl AbspConfig {
     /// # Errors
     /// Names the first field that is out of range.
     pub fn validate(&self) -> Result<(), LearnerError> {
-        self.mixture.validate(NAME)?;
+        self.validate_as(NAME)
+    }
+
+    /// As [`Self::validate`], in the name of a learner built on this one.
+    pub(super) fn validate_as(&self, learner: &'static str) -> Result<(), LearnerError> {
+        self.mixture.validate(learner)?;
         match self.dos {
             DosRule::Softmax { temperature } | DosRule::Gibbs { temperature } => {
-                Settings(NAME).check("dos.temperature", temperature, POSITIVE)
+                Settings(learner).check("dos.temperature", temperature, POSITIVE)
             }
             DosRule::SuccessBayes | DosRule::Density | DosRule::NormalisedQ => Ok(()),
         }
@@ -232,8 +238,18 @@ impl Absp {
     /// If the bytes are damaged or were frozen under other settings.
     pub fn thaw(config: &AbspConfig, bytes: &[u8]) -> Result<Self, LearnerError> {
         let absp: Self = frozen::open(NAME, bytes)?;
-        let fits = absp.config == *config && absp.bank.is_sound(absp.choices);
-        if fits { Ok(absp) } else { Err(frozen::foreign(NAME)) }
+        if absp.is_sound(config) { Ok(absp) } else { Err(frozen::foreign(NAME)) }
+    }
+
+    /// Whether a thawed learner is whole and of these settings.
+    pub(super) fn is_sound(&self, config: &AbspConfig) -> bool {
+        let frame = config.mixture.frame(NAME, self.bank.frame.dims);
+        self.config == *config && frame == Ok(self.bank.frame.clone()) && self.bank.is_sound(self.choices)
+    }
+
+    /// The mixtures of all actions.
+    pub(super) fn bank(&self) -> &Bank {
+        &self.bank
     }
 
     /// Number of components of each action.

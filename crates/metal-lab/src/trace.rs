@@ -12,7 +12,7 @@ pub struct EpisodeRecord {
     pub motor: f64,
     /// Minus the sum of prices paid for looks.
     pub perceptual: f64,
-    /// Looks per motor step, in order.
+    /// Sensors read per motor step, in order (the full observer reads six).
     pub looks: Vec<u8>,
     /// Quality of the driving, all zero in worlds without cars.
     pub driving: Driving,
@@ -100,7 +100,7 @@ impl Observer for Trace {
         log.distance_m.push(speed * ACTION_SECS);
         log.speed_mps.push(speed);
         log.lane_offset_m.push(offset);
-        log.looks.push(u8::try_from(step.state.order().len()).unwrap_or(u8::MAX));
+        log.looks.push(u8::try_from(step.percept.read().len()).unwrap_or(u8::MAX));
         log.motor += step.motor_reward;
         log.perceptual -= step.look_price;
     }

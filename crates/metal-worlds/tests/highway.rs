@@ -1,4 +1,5 @@
 //! Laws of the highway as an environment.
+#![allow(clippy::float_cmp, reason = "the laws hold bit for bit")]
 
 use metal_rl::environment::{End, Environment};
 use metal_rl::random::Rng;
@@ -20,7 +21,7 @@ fn world(change: impl FnOnce(&mut HighwayConfig)) -> Highway {
 
 fn look(world: &mut Highway, sensor: usize) -> Vec<f64> {
     let mut out = vec![f64::NAN; world.spec().sensors[sensor].features.len()];
-    world.sense(sensor, &mut out).unwrap();
+    world.sense(sensor, &mut out).expect("a simulated sensor answers");
     out
 }
 
@@ -29,7 +30,7 @@ fn future(world: &mut Highway, seed: u64, steps: usize) -> Vec<u64> {
     let mut rng = Rng::new(seed);
     let mut bits = Vec::new();
     for _ in 0..steps {
-        let outcome = world.step(rng.below(5)).unwrap();
+        let outcome = world.step(rng.below(5)).expect("a simulated motor obeys");
         bits.push(outcome.motor_reward.to_bits());
         bits.extend(world.measures().iter().map(|m| m.to_bits()));
         for sensor in 0..7 {

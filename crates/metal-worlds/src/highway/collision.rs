@@ -21,10 +21,10 @@ pub struct Contact {
 
 /// Takes back what bodies drove into each other in one move.
 ///
-/// Each of two overlapping bodies gives back overlap in proportion to how far it drove towards the other, so a body that
-/// stood still is not pushed and none is moved back farther than it came (but for the
-/// second order of the move, a few tenths of a millimetre at driving speeds); the rest of the move slides along the other
-/// body, shortened by friction. `report` hears each contact once per round in which it is settled.
+/// Each of two overlapping bodies gives back overlap in proportion to how far it drove towards the other. So a body
+/// that stood still is not pushed, and none is moved back farther than it came (but for the second order of gliding
+/// past each other, at most 4 mm at full speed). The rest of the move slides along the other body, shortened by
+/// friction. `report` hears each contact once per round in which it is settled.
 pub fn settle(before: &[Pose], now: &mut [Pose], mut report: impl FnMut(Contact)) {
     for _ in 0..ROUNDS {
         let mut quiet = true;

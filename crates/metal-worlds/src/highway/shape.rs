@@ -1,4 +1,5 @@
-//! The shape of a road: a closed, irregular, smooth curve drawn from a seed, redrawn until a car can drive it and it is not an egg.
+//! The shape of a road: a closed, irregular, smooth curve drawn from a seed, redrawn until a car can drive it and it
+//! is not an egg.
 
 use metal_rl::num;
 use metal_rl::random::{Rng, Streams};

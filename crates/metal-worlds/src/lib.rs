@@ -4,6 +4,7 @@
 //! steer other cars come in through a one-method trait ([`highway::Driver`]). A world has no hidden state outside
 //! its seed: looking never changes it, and the same seed and actions give the same bits.
 #![forbid(unsafe_code)]
+#![cfg_attr(test, allow(clippy::float_cmp, reason = "exact values are expected exactly"))]
 
 pub mod highway;
 pub mod maze;

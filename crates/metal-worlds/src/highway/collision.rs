@@ -21,9 +21,10 @@ pub struct Contact {
 
 /// Takes back what bodies drove into each other in one move.
 ///
-/// Each of two overlapping bodies gives back overlap in proportion to how far it drove towards the other, so a body that
-/// stood still is not pushed and none is moved farther than it came; the rest of the move slides along the other
-/// body, shortened by friction. `report` hears each contact once per round in which it is settled.
+/// Each of two overlapping bodies gives back overlap in proportion to how far it drove towards the other. So a body
+/// that stood still is not pushed, and none is moved back farther than it came (but for the second order of gliding
+/// past each other, at most 4 mm at full speed). The rest of the move slides along the other body, shortened by
+/// friction. `report` hears each contact once per round in which it is settled.
 pub fn settle(before: &[Pose], now: &mut [Pose], mut report: impl FnMut(Contact)) {
     for _ in 0..ROUNDS {
         let mut quiet = true;
@@ -117,7 +118,11 @@ mod tests {
             prop_assert!(now[0].distance_m(&now[1]) >= 2.0 * BODY_RADIUS_M - 1e-9);
             for i in 0..2 {
                 let came = moved[i].distance_m(&before[i]);
-                prop_assert!(now[i].distance_m(&moved[i]) <= 1.08 * came + 1e-9, "no farther back than it came");
+                // Friction lengthens the way back by a factor √(1 + 0.4²); two bodies that glide past each other
+                // overlap by t²/4r more than they approached, t being what they glided.
+                let glide2 = (ax - bx) * (ax - bx) + (ay - by) * (ay - by);
+                let extra = glide2 / (3.9 * BODY_RADIUS_M);
+                prop_assert!(now[i].distance_m(&moved[i]) <= 1.08 * (came + extra), "a jump");
             }
             let mut swapped = [moved[1], moved[0]];
             settle(&[before[1], before[0]], &mut swapped, |_| {});

@@ -52,3 +52,19 @@ impl HighwayConfig {
         Self { roads, scenario, ..Self::default() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::de::value::{Error, MapDeserializer};
+
+    fn read(key: &'static str) -> Result<HighwayConfig, Error> {
+        HighwayConfig::deserialize(MapDeserializer::new([(key, 20_usize)].into_iter()))
+    }
+
+    #[test]
+    fn what_is_left_out_is_the_papers_and_a_misspelt_field_is_refused() {
+        assert_eq!(read("horizon").unwrap(), HighwayConfig { horizon: 20, ..HighwayConfig::default() });
+        assert!(read("horizont").unwrap_err().to_string().contains("horizon"));
+    }
+}

@@ -54,12 +54,12 @@ pub fn advise(knowledge: &Knowledge) -> MotorAction {
     };
     let mut beam = [root; BEAM];
     let mut width = 1;
-    for depth in 0..DEPTH {
+    for (depth, path) in paths.iter().enumerate() {
         let mut next = [root; BEAM];
         let mut kept = 0;
         for plan in &beam[..width] {
             for action in MotorAction::ALL {
-                let mut longer = extend(knowledge, plan, action, &paths[depth]);
+                let mut longer = extend(knowledge, plan, action, path);
                 if depth == 0 {
                     longer.first = action;
                 }

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 
 /// Half the lane: distance of a lane's middle from the centre line.
 const MIDDLE_M: f64 = 0.5 * LANE_M;
-/// Largest start offset from the middle of a lane: the body's edge stays 10 mm inside the border's outer edge.
+/// Largest start offset from the middle of a lane: its centre stays on the road, its edge at most
+/// 20 mm beyond the border.
 const SPREAD_M: f64 = BORDER_M - MIDDLE_M - BODY_RADIUS_M + 0.02;
 /// Largest start angle against the driving direction, in radians.
 const ASKEW_RAD: f64 = 0.4;
@@ -185,7 +186,7 @@ impl Situation {
             }
             Self::CurveFromRoadside => Start::alone(along(road.sharpest_arc_m() - 0.15, -BORDER_M)),
             Self::ObstacleLeft => {
-                Start::alone(along(straight, -MIDDLE_M)).with(along(straight + 0.13, -0.02))
+                Start::alone(along(straight, -MIDDLE_M)).with(along(straight + 0.12, -0.035))
             }
             Self::Blocked => Start::alone(along(straight, -MIDDLE_M))
                 .with(along(straight + 0.15, -MIDDLE_M))

@@ -1,4 +1,5 @@
-//! The shape of a road: a closed, irregular, smooth curve drawn from a seed, redrawn until a car can drive it.
+//! The shape of a road: a closed, irregular, smooth curve drawn from a seed, redrawn until a car can drive it and it
+//! is not an egg.
 
 use metal_rl::num;
 use metal_rl::random::{Rng, Streams};
@@ -22,18 +23,22 @@ pub struct ShapeRange {
     pub length_m: f64,
     /// Smallest radius of curvature of the centre line, in metres.
     pub min_radius_m: f64,
+    /// The road bends at least this sharply against its own sense of rotation somewhere, in 1/m: it is irregular, and
+    /// a driver meets bends to either side.
+    pub min_counter_bend: f64,
     /// Smallest distance between two stretches of the centre line, in metres.
     pub min_clearance_m: f64,
 }
 
 impl ShapeRange {
-    /// Roads for learning: about 6 m, gentle.
+    /// Roads for learning: about 6 m, bends of at least 0.3 m to either side.
     pub const TRAINING: Self = Self {
-        knots: (7, 9),
-        inmost: 0.45,
-        shift: 0.25,
+        knots: (8, 10),
+        inmost: 0.35,
+        shift: 0.30,
         length_m: 6.0,
         min_radius_m: 0.30,
+        min_counter_bend: 0.8,
         min_clearance_m: 0.42,
     };
     /// Roads for the final test, visibly other shapes: longer, with more and sharper bends.
@@ -43,6 +48,7 @@ impl ShapeRange {
         shift: 0.30,
         length_m: 7.5,
         min_radius_m: 0.25,
+        min_counter_bend: 1.6,
         min_clearance_m: 0.42,
     };
 }
@@ -133,12 +139,14 @@ impl Curve {
         self.lengths().last().map_or(0.0, |&(_, run)| run)
     }
 
-    /// Whether a car can drive the road: no bend too sharp, no two stretches too close.
+    /// Whether a car can drive the road (no bend too sharp, no two stretches too close) and meets bends to either side.
     fn is_valid(&self, range: &ShapeRange) -> bool {
         let table = self.lengths();
         let points: Vec<(Point, f64)> = table.iter().step_by(8).map(|&(u, run)| (self.at(u), run)).collect();
-        let smooth = table.iter().all(|&(u, _)| self.at(u).curvature.abs() * range.min_radius_m <= 1.0);
-        smooth && keeps_clear(&points, range)
+        let bends = || table.iter().map(|&(u, _)| self.at(u).curvature);
+        bends().all(|bend| bend.abs() * range.min_radius_m <= 1.0)
+            && bends().any(|bend| bend <= -range.min_counter_bend)
+            && keeps_clear(&points, range)
     }
 }
 

@@ -70,7 +70,7 @@ impl Task {
     /// The cost of one motor action. Fig. 7a.
     ///
     /// # Formula
-    /// cost = w[k] · n[k] for the first k with n[k] > 0; every n in [0, 1]. n₁ and n₂ start where the next lighter
+    /// cost = wₖ · nₖ for the first k with nₖ > 0; every n lies between 0 and 1. n₁ and n₂ start where the next lighter
     /// sub-behaviour ends (at w₂/w₁ and w₃/w₂), so a graver matter never costs less than a lighter one.
     #[must_use]
     pub fn motor_cost(&self, facts: &Facts) -> MotorCost {

@@ -14,8 +14,9 @@ pub const VISION: usize = 24;
 
 /// A mind that drives a red car, greedy and learning nothing (Sec. 4.1: "FOAs that have learned how to drive").
 pub trait Driver: Send + Sync {
-    /// The motor action (an index into Eq. (12)) for what the car's camera shows: regions in the order MN, LN, RN,
-    /// MF, LF, RF, for each the fractions of black, white, red and green pixels in [0, 1].
+    /// The motor action (an index below 5 into Eq. (12); the world panics at any other) for what the car's camera
+    /// shows: regions in the order MN, LN, RN, MF, LF, RF, for each the fractions of black, white, red and green
+    /// pixels in [0, 1].
     fn drive(&self, vision: &[f64; VISION]) -> usize;
 }
 

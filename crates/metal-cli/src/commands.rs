@@ -19,7 +19,9 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             let plan = plan::parse(experiments::PAPER, &training.set)?;
             learn(plan, &training, &out)
         }
-        Command::Run(Run { file, out, training }) => learn(plan::load(&file, &training.set)?, &training, &out),
+        Command::Run(Run { file, out, training }) => {
+            learn(plan::load(&file, &training.set)?, &training, &out)
+        }
         Command::Eval(eval) => evaluate(&eval),
         Command::Aliasing(aliasing) => bound(&aliasing),
         Command::List => {

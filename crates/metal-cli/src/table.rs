@@ -4,7 +4,8 @@ use metal_lab::results::{Estimate, Policies};
 
 /// Prints total, motor cost, looks and accidents of every policy in `scenario`, the best total first.
 pub fn print(policies: &Policies, scenario: &str) {
-    let mut rows: Vec<_> = policies.iter().filter_map(|(name, s)| s.get(scenario).map(|m| (name, m))).collect();
+    let mut rows: Vec<_> =
+        policies.iter().filter_map(|(name, s)| s.get(scenario).map(|m| (name, m))).collect();
     rows.sort_by(|a, b| b.1["total"].mean.total_cmp(&a.1["total"].mean));
     let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(6).max(6);
     println!("{scenario}: mean per motor step [95 % interval over trainings]; negative is worse\n");

@@ -1,7 +1,7 @@
 //! The end of a run: everything it found, written to its folder.
 
-use crate::reproduce::{Outcome, gather};
 use crate::report::{ReportContext, ReportError, render};
+use crate::reproduce::{Outcome, gather};
 use crate::results::Results;
 use crate::store::{RecordKey, RunCard, Store, StoreError, records_csv};
 use std::collections::BTreeMap;

@@ -11,8 +11,8 @@ pub mod experiments;
 
 pub mod evaluate;
 pub mod finish;
-pub mod reevaluate;
 pub mod mind;
+pub mod reevaluate;
 pub mod reproduce;
 pub mod trace;
 pub mod train;

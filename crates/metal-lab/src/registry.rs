@@ -61,7 +61,9 @@ impl EnvironmentConfig {
     #[must_use]
     pub fn scenarios(&self) -> Vec<String> {
         match self {
-            Self::Highway(_) | Self::HighwayScripted(_) => Scenario::ALL.iter().map(|s| s.name().to_owned()).collect(),
+            Self::Highway(_) | Self::HighwayScripted(_) => {
+                Scenario::ALL.iter().map(|s| s.name().to_owned()).collect()
+            }
             _ => vec![ONLY.to_owned()],
         }
     }
@@ -95,7 +97,9 @@ impl EnvironmentConfig {
     #[must_use]
     pub fn road_sets(&self) -> Vec<RoadSet> {
         match self {
-            Self::Highway(_) | Self::HighwayScripted(_) => vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test],
+            Self::Highway(_) | Self::HighwayScripted(_) => {
+                vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test]
+            }
             _ => vec![RoadSet::Training],
         }
     }

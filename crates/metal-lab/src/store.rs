@@ -83,7 +83,9 @@ impl Store {
         let store = Self { root: root.to_path_buf() };
         let card = store.path("run.json");
         if !card.is_file() {
-            let reason = "not a run folder: `metal reproduce` and `metal run` write one (run.json is missing)".to_owned();
+            let reason =
+                "not a run folder: `metal reproduce` and `metal run` write one (run.json is missing)"
+                    .to_owned();
             return Err(StoreError::Damaged { path: root.to_path_buf(), reason });
         }
         Ok(store)
@@ -136,7 +138,8 @@ impl Store {
         let plan = plan::load(&self.path("plan.toml"), &[])?;
         let path = self.path("run.json");
         let text = std::fs::read_to_string(&path).map_err(|e| at(&path, e))?;
-        let card = serde_json::from_str(&text).map_err(|e| StoreError::Damaged { path, reason: e.to_string() })?;
+        let card =
+            serde_json::from_str(&text).map_err(|e| StoreError::Damaged { path, reason: e.to_string() })?;
         Ok((plan, card))
     }
 
@@ -150,7 +153,8 @@ impl Store {
     /// If the file system refuses.
     pub fn write_mind(&self, seed: usize, phase: &str, mind: &FrozenMind) -> Result<(), StoreError> {
         let name = Self::mind_name(seed, phase);
-        let damaged = |e: postcard::Error| StoreError::Damaged { path: self.path(&name), reason: e.to_string() };
+        let damaged =
+            |e: postcard::Error| StoreError::Damaged { path: self.path(&name), reason: e.to_string() };
         let mut bytes = MAGIC.to_vec();
         bytes.extend(postcard::to_stdvec(mind).map_err(damaged)?);
         self.write(&name, &bytes)

@@ -42,7 +42,8 @@ impl Plan {
     /// # Errors
     /// The first thing that is impossible, by field, with what is allowed.
     pub fn check(file: PlanFile) -> Result<Self, PlanError> {
-        let environment = file.environment.build().map_err(|e| PlanError::at("environment", e.to_string()))?;
+        let environment =
+            file.environment.build().map_err(|e| PlanError::at("environment", e.to_string()))?;
         let spec = environment.spec().clone();
         for (name, learner) in &file.learner {
             learner.validate().map_err(|e| PlanError::at(format!("learner.{name}"), e.to_string()))?;
@@ -137,9 +138,12 @@ impl Plan {
             Acting::RandomLooks(mean) if !(*mean >= 1.0) => {
                 Err(PlanError::at(field, format!("random_looks = {mean}: at least 1 look on average")))
             }
-            Acting::Attention(name) if !self.file.attention.contains_key(name) => {
-                Err(unknown(field, "attention controller", name, self.file.attention.keys().map(String::as_str)))
-            }
+            Acting::Attention(name) if !self.file.attention.contains_key(name) => Err(unknown(
+                field,
+                "attention controller",
+                name,
+                self.file.attention.keys().map(String::as_str),
+            )),
             Acting::Advisor if !self.has_advisor() => {
                 Err(PlanError::at(field, format!("{} has no expert advisor", self.spec.id)))
             }
@@ -158,7 +162,10 @@ impl Plan {
         check_credit(&format!("{field}.settings.credit"), s.credit)?;
         check_rate(&format!("{field}.settings.rate"), s.rate)?;
         if !(0.0..=1.0).contains(&s.price_ramp) {
-            return Err(PlanError::at(format!("{field}.settings.price_ramp"), format!("{}: a share in [0, 1]", s.price_ramp)));
+            return Err(PlanError::at(
+                format!("{field}.settings.price_ramp"),
+                format!("{}: a share in [0, 1]", s.price_ramp),
+            ));
         }
         if s.min_looks > s.max_looks {
             let message = format!("{} looks at least, but {} at most", s.min_looks, s.max_looks);
@@ -171,7 +178,12 @@ impl Plan {
         if self.file.learner.contains_key(name) {
             return Ok(());
         }
-        Err(unknown(format!("{field}.learner"), "learner", name, self.file.learner.keys().map(String::as_str)))
+        Err(unknown(
+            format!("{field}.learner"),
+            "learner",
+            name,
+            self.file.learner.keys().map(String::as_str),
+        ))
     }
 
     fn check_phase(&self, field: &str, row: &PhaseFile) -> Result<(), PlanError> {
@@ -185,9 +197,12 @@ impl Plan {
             return Err(PlanError::at(format!("{field}.budget"), "0: at least one episode or step"));
         }
         match &row.bootstrap {
-            Some(name) if !row.roster.contains(name) => {
-                Err(unknown(format!("{field}.bootstrap"), "member", name, row.roster.iter().map(String::as_str)))
-            }
+            Some(name) if !row.roster.contains(name) => Err(unknown(
+                format!("{field}.bootstrap"),
+                "member",
+                name,
+                row.roster.iter().map(String::as_str),
+            )),
             _ => Ok(()),
         }
     }
@@ -195,14 +210,22 @@ impl Plan {
     fn check_policy(&self, field: &str, row: &PolicyFile) -> Result<(), PlanError> {
         if let Some(after) = &row.after {
             if !self.file.phase.contains_key(after) {
-                return Err(unknown(format!("{field}.after"), "phase", after, self.file.phase.keys().map(String::as_str)));
+                return Err(unknown(
+                    format!("{field}.after"),
+                    "phase",
+                    after,
+                    self.file.phase.keys().map(String::as_str),
+                ));
             }
         }
         self.check_roster(field, &row.roster)?;
         self.check_acting(field, &row.acting, &row.roster)?;
         match &row.acting {
             Acting::Attention(name) if !self.is_trained_by(row.after.as_deref(), name) => {
-                let message = format!("attention `{name}` is not trained in `{}` or before it", row.after.as_deref().unwrap_or(""));
+                let message = format!(
+                    "attention `{name}` is not trained in `{}` or before it",
+                    row.after.as_deref().unwrap_or("")
+                );
                 Err(PlanError::at(format!("{field}.after"), message))
             }
             _ => Ok(()),
@@ -219,7 +242,12 @@ impl Plan {
         let known = self.file.environment.scenarios();
         for scenario in &self.file.evaluation.scenarios {
             if !known.contains(scenario) {
-                return Err(unknown("evaluation.scenarios".into(), "scenario", scenario, known.iter().map(String::as_str)));
+                return Err(unknown(
+                    "evaluation.scenarios".into(),
+                    "scenario",
+                    scenario,
+                    known.iter().map(String::as_str),
+                ));
             }
         }
         if self.file.evaluation.runs == 0 {
@@ -241,7 +269,10 @@ impl Plan {
             return Err(PlanError::at("subsets.screening_share", message));
         }
         if subsets.screening_seeds == 0 || subsets.screening_runs == 0 {
-            return Err(PlanError::at("subsets.screening_seeds", "screening needs at least one seed and one run"));
+            return Err(PlanError::at(
+                "subsets.screening_seeds",
+                "screening needs at least one seed and one run",
+            ));
         }
         Ok(())
     }
@@ -267,7 +298,10 @@ fn members(file: &PlanFile, spec: &EnvironmentSpec) -> Result<Vec<MemberPlan>, P
             sensors.push(index);
         }
         if sensors.is_empty() {
-            return Err(PlanError::at(format!("member.{name}.sensors"), "empty: a member sees at least one sensor"));
+            return Err(PlanError::at(
+                format!("member.{name}.sensors"),
+                "empty: a member sees at least one sensor",
+            ));
         }
         let Some(learner) = file.learner.get(&row.learner) else {
             let known = file.learner.keys().map(String::as_str);
@@ -275,7 +309,8 @@ fn members(file: &PlanFile, spec: &EnvironmentSpec) -> Result<Vec<MemberPlan>, P
         };
         members.push(MemberPlan { name: name.clone(), sensors, learner: learner.clone() });
     }
-    members.sort_by(|a, b| (a.sensors.len(), &a.sensors, &a.name).cmp(&(b.sensors.len(), &b.sensors, &b.name)));
+    members
+        .sort_by(|a, b| (a.sensors.len(), &a.sensors, &a.name).cmp(&(b.sensors.len(), &b.sensors, &b.name)));
     if members.is_empty() || members.len() > IndexSet::CAPACITY {
         let message = format!("{} members: between 1 and {}", members.len(), IndexSet::CAPACITY);
         return Err(PlanError::at("member", message));
@@ -299,7 +334,10 @@ fn phase_order(phases: &BTreeMap<String, PhaseFile>) -> Result<Vec<String>, Plan
             let after = row.after.clone().unwrap_or_default();
             let field = format!("phase.{name}.after");
             if phases.contains_key(&after) {
-                return Err(PlanError::at(field, format!("`{after}` starts, in the end, from `{name}` itself")));
+                return Err(PlanError::at(
+                    field,
+                    format!("`{after}` starts, in the end, from `{name}` itself"),
+                ));
             }
             return Err(unknown(field, "phase", &after, phases.keys().map(String::as_str)));
         }
@@ -318,10 +356,16 @@ fn check_rate(field: &str, rate: Rate) -> Result<(), PlanError> {
 
 fn check_credit(field: &str, credit: Credit) -> Result<(), PlanError> {
     if !(0.0..1.0).contains(&credit.gamma) {
-        return Err(PlanError::at(format!("{field}.gamma"), format!("{}: a discount in [0, 1)", credit.gamma)));
+        return Err(PlanError::at(
+            format!("{field}.gamma"),
+            format!("{}: a discount in [0, 1)", credit.gamma),
+        ));
     }
     if !(0.0..=1.0).contains(&credit.lambda) {
-        return Err(PlanError::at(format!("{field}.lambda"), format!("{}: a share in [0, 1]", credit.lambda)));
+        return Err(PlanError::at(
+            format!("{field}.lambda"),
+            format!("{}: a share in [0, 1]", credit.lambda),
+        ));
     }
     Ok(())
 }

@@ -39,7 +39,11 @@ impl fmt::Display for PlanError {
             (Some(file), None) => write!(f, "{}: ", file.display())?,
             _ => {}
         }
-        if self.field.is_empty() { f.write_str(&self.message) } else { write!(f, "{}: {}", self.field, self.message) }
+        if self.field.is_empty() {
+            f.write_str(&self.message)
+        } else {
+            write!(f, "{}: {}", self.field, self.message)
+        }
     }
 }
 

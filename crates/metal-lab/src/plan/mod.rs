@@ -16,8 +16,12 @@ use std::path::Path;
 /// # Errors
 /// Unreadable files, unknown keys, wrong types, impossible values: each with file, line and what is allowed.
 pub fn load(path: &Path, assignments: &[String]) -> Result<Plan, PlanError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| PlanError { file: Some(path.to_path_buf()), line: None, field: String::new(), message: format!("cannot be read: {e}") })?;
+    let text = std::fs::read_to_string(path).map_err(|e| PlanError {
+        file: Some(path.to_path_buf()),
+        line: None,
+        field: String::new(),
+        message: format!("cannot be read: {e}"),
+    })?;
     parse(&text, assignments).map_err(|e| e.located(path, &text))
 }
 

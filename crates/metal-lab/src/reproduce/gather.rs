@@ -38,9 +38,15 @@ pub fn gather(outcome: &Outcome) -> Results {
     }
 }
 
-fn policies(table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>, outcome: &Outcome) -> Policies {
-    let cells = |s: &BTreeMap<String, Vec<Vec<EpisodeRecord>>>| s.iter().map(|(name, runs)| (name.clone(), cell(runs))).collect();
-    let mut policies: Policies = table.iter().map(|(name, scenarios)| (name.clone(), cells(scenarios))).collect();
+fn policies(
+    table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>,
+    outcome: &Outcome,
+) -> Policies {
+    let cells = |s: &BTreeMap<String, Vec<Vec<EpisodeRecord>>>| {
+        s.iter().map(|(name, runs)| (name.clone(), cell(runs))).collect()
+    };
+    let mut policies: Policies =
+        table.iter().map(|(name, scenarios)| (name.clone(), cells(scenarios))).collect();
     let best = outcome.best_fixed.as_ref().and_then(|name| policies.get(name).cloned());
     policies.extend(best.map(|b| ("best_fixed".to_owned(), b)));
     policies
@@ -95,7 +101,11 @@ fn main_roads() -> String {
     roads_name(&Roads::Training)
 }
 
-fn ratio_on(table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>, ours: &str, theirs: &str) -> Option<Estimate> {
+fn ratio_on(
+    table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>,
+    ours: &str,
+    theirs: &str,
+) -> Option<Estimate> {
     let runs = |policy: &str| -> Option<Vec<&Vec<Vec<EpisodeRecord>>>> {
         lookup::SCENARIOS.iter().map(|s| table.get(policy)?.get(*s)).collect()
     };
@@ -130,7 +140,8 @@ fn figures(outcome: &Outcome) -> Figures {
 
 fn front(outcome: &Outcome) -> Vec<FrontPoint> {
     let spec = &outcome.plan.spec;
-    let names = |sensors: metal_rl::set::IndexSet| sensors.iter().map(|s| spec.sensors[s].name.clone()).collect();
+    let names =
+        |sensors: metal_rl::set::IndexSet| sensors.iter().map(|s| spec.sensors[s].name.clone()).collect();
     let mut points: Vec<FrontPoint> = outcome
         .screened
         .iter()
@@ -156,7 +167,8 @@ fn front(outcome: &Outcome) -> Vec<FrontPoint> {
 fn sensitivity(tables: &Tables, scenario: &str) -> BTreeMap<String, Vec<SeedPoint>> {
     let Some(table) = tables.get(&main_roads()) else { return BTreeMap::new() };
     let point = |(seed, runs): (usize, &Vec<EpisodeRecord>)| {
-        let of = |name: &str| measures(runs).into_iter().find(|(n, _)| *n == name).map_or(f64::NAN, |(_, v)| v);
+        let of =
+            |name: &str| measures(runs).into_iter().find(|(n, _)| *n == name).map_or(f64::NAN, |(_, v)| v);
         let (motor, perceptual) = (of("motor"), of("perceptual"));
         SeedPoint { seed: seed as u64, motor, perceptual, total: total(runs), looks: of("looks") }
     };

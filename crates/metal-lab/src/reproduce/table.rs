@@ -43,8 +43,14 @@ pub fn table2_cell(runs: &[&EpisodeRecord]) -> Table2Cell {
 }
 
 fn costs(runs: &[&EpisodeRecord]) -> Costs {
-    let over = |f: &dyn Fn(&EpisodeRecord) -> f64| over_seeds(&runs.iter().map(|r| r.per_step(f(r))).collect::<Vec<_>>());
-    Costs { motor: over(&|r| r.motor), perceptual: over(&|r| r.perceptual), total: over(&|r| r.motor + r.perceptual) }
+    let over = |f: &dyn Fn(&EpisodeRecord) -> f64| {
+        over_seeds(&runs.iter().map(|r| r.per_step(f(r))).collect::<Vec<_>>())
+    };
+    Costs {
+        motor: over(&|r| r.motor),
+        perceptual: over(&|r| r.perceptual),
+        total: over(&|r| r.motor + r.perceptual),
+    }
 }
 
 /// Ratio of total costs, mean over scenarios, paired by seed; `ours` and `theirs`: scenario → seed → runs.

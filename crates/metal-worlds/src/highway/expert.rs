@@ -13,7 +13,7 @@ const DEPTH: usize = 6;
 /// Plans kept after each of them.
 const BEAM: usize = 14;
 /// What the expert adds to every car's radius, in metres: it keeps this clear of what it predicts.
-const CARE_M: f64 = 0.006;
+const CARE_M: f64 = 0.015;
 
 /// What the expert knows of the world.
 #[derive(Clone, Copy, Debug)]

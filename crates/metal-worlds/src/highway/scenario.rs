@@ -17,6 +17,8 @@ const SPREAD_M: f64 = BORDER_M - MIDDLE_M - BODY_RADIUS_M + 0.02;
 const ASKEW_RAD: f64 = 0.4;
 /// Share of starts in the wrong lane.
 const WRONG_LANE: f64 = 0.35;
+/// Share of approaching cars that come in the learner's own lane: overtaking, and about to go back to theirs.
+const OVERTAKING: f64 = 0.3;
 
 /// What an episode is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -110,7 +112,8 @@ impl Scenario {
             Self::Mix | Self::FreeRoad => start,
             Self::Approaching => {
                 let at = arc + direction.sign() * rng.range(0.35, 0.9);
-                start.with(in_lane(road, at, direction.reversed()))
+                let side = if rng.chance(OVERTAKING) { -1.0 } else { 1.0 };
+                start.with(road.pose_at(at, side * direction.sign() * MIDDLE_M, direction.reversed()))
             }
             Self::FromBehind => {
                 let at = arc + direction.sign() * rng.range(0.25, 0.6);

@@ -1,4 +1,4 @@
-//! Testing trained minds: greedy, nobody learns, every policy on the same starts, traffic and noise.
+//! Testing trained minds: greedy, nobody learns, every policy on the same starts, traffic and noise (R58).
 
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};

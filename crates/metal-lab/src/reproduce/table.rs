@@ -47,7 +47,7 @@ fn costs(runs: &[&EpisodeRecord]) -> Costs {
     Costs { motor: over(&|r| r.motor), perceptual: over(&|r| r.perceptual), total: over(&|r| r.motor + r.perceptual) }
 }
 
-/// Ratio of total costs, mean over scenarios, paired by seed; `ours` and `theirs`: scenario → seed → runs.
+/// Ratio of total costs, mean over scenarios, paired by seed (reading R57); `ours` and `theirs`: scenario → seed → runs.
 #[must_use]
 pub fn ratio(ours: &[&RunsBySeed], theirs: &[&RunsBySeed]) -> Option<Estimate> {
     let seeds = ours.first()?.len();

@@ -237,7 +237,7 @@ impl Mixture {
         false
     }
 
-    /// A new component at the sample.
+    /// A new component at the sample; readings R25 and R28.
     fn create(&mut self, frame: &Frame, lesson: &Lesson<'_>) {
         let c = self.gaussians.push(lesson.state, |_| frame.first_width);
         self.facts.resize_with(self.gaussians.groups(), Facts::default);

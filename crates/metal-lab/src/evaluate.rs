@@ -52,7 +52,7 @@ pub fn test(
     Ok(watcher.trace.episodes)
 }
 
-/// As [`test`], under the eyes of any observer.
+/// As [`test()`], under the eyes of any observer.
 ///
 /// # Errors
 /// If the world cannot be built or fails.

@@ -45,7 +45,7 @@ fn keys(value: &toml::Value, named: bool, found: &mut BTreeSet<String>) {
 
 /// The paper's experiment with one learner of every kind.
 fn everything() -> PlanFile {
-    let mut file = parse(metal_lab::experiments::PAPER, &[]).unwrap().file;
+    let mut file = parse(metal_lab::experiments::PAPER, &[]).expect("the paper's plan is sound").file;
     for learner in [
         LearnerConfig::BayesMix(BayesMixConfig::default()),
         LearnerConfig::Igmn(IgmnConfig::default()),

@@ -325,7 +325,8 @@ impl Learner for Igmn {
         point.clear();
         point.extend_from_slice(sample.state);
         point.push(sample.target);
-        if !(recall.nearest * self.sharpness <= self.gate) {
+        let distance = recall.nearest * self.sharpness;
+        if distance > self.gate || distance.is_nan() {
             action.create(&self.config, point);
             return error;
         }

@@ -53,7 +53,8 @@ impl Frame {
 
     /// Whether a state at this squared distance from its nearest component is new.
     pub fn is_novel(&self, nearest: f64) -> bool {
-        !(nearest * self.sharpness <= self.gate)
+        let distance = nearest * self.sharpness;
+        distance > self.gate || distance.is_nan()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Testing trained minds: greedy, nobody learns, every policy on the same starts, traffic and noise.
+//! Testing trained minds: greedy, nobody learns, every policy on the same starts, traffic and noise (R58).
 
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
@@ -52,7 +52,7 @@ pub fn test(
     Ok(watcher.trace.episodes)
 }
 
-/// As [`test`], under the eyes of any observer.
+/// As [`test()`], under the eyes of any observer.
 ///
 /// # Errors
 /// If the world cannot be built or fails.

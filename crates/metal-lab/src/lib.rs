@@ -26,3 +26,6 @@ pub mod store;
 pub mod progress;
 
 pub use metal_rl::measure::aliasing::bound as aliasing_bound;
+
+#[cfg(doctest)]
+mod guide;

@@ -129,7 +129,7 @@ pub enum Content {
     SupportAndReadings,
 }
 
-/// How a decision state becomes the fixed-length vector that a [`crate::learner::Learner`] takes.
+/// How a decision state becomes the fixed-length vector that a [`crate::learner::Learner`] takes; readings R16 and R19.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Encoding {

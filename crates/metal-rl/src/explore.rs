@@ -5,7 +5,7 @@ use crate::random::Rng;
 use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
-/// Exploration over a phase; strengths fall geometrically from `from` to `to` at share `until` of the phase, then stay.
+/// Exploration over a phase; strengths fall geometrically from `from` to `to` at share `until` of the phase, then stay. Reading R11.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Schedule {

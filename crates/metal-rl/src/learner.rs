@@ -15,7 +15,7 @@ pub struct Dims {
     pub choices: usize,
 }
 
-/// How far one sample moves the estimate.
+/// How far one sample moves the estimate; reading R2.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rate {

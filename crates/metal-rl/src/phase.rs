@@ -47,7 +47,7 @@ pub struct Lessons {
     pub rate: Rate,
     /// How credit flows back.
     pub credit: Credit,
-    /// Member whose state value everybody bootstraps from (the FOA in Phase II); none: each from its own.
+    /// Member whose state value everybody bootstraps from (the FOA in Phase II, reading R9); none: each from its own.
     pub bootstrap: Option<usize>,
     /// Whether the moves are an expert's, who counts as flawless.
     pub demonstrated: bool,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How credit flows back in time.
+/// How credit flows back in time; readings R3 and R4.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Credit {

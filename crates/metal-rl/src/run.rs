@@ -139,7 +139,8 @@ impl Desk {
         Ok(index)
     }
 
-    /// Everybody learns. Behind a time limit there is a future: one more decision, not carried out, tells its value.
+    /// Everybody learns. Behind a time limit there is a future: one more decision, not carried out, tells its value
+    /// (reading R6).
     fn learn(
         &mut self,
         stage: &mut Stage<'_>,

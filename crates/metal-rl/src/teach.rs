@@ -128,7 +128,7 @@ impl Episode {
     /// Over the `steps`: discounted reward, discount, and the value of where they lead.
     ///
     /// If the episode was cut where `source` did not look, the value where it last looked stands in: an unattended
-    /// sensor is never read, not even to bootstrap.
+    /// sensor is never read, not even to bootstrap (reading R5).
     fn link(&self, steps: std::ops::Range<usize>, source: usize, gamma: f64) -> Link {
         let (mut reward, mut discount) = (0.0, 1.0);
         for &(_, r) in &self.moves[steps.clone()] {

@@ -4,7 +4,7 @@ use crate::environment::{Environment, EnvironmentError, EnvironmentSpec};
 use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
-/// How a reading is brought to [0, 1].
+/// How a reading is brought to [0, 1]; reading R1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Scaling {

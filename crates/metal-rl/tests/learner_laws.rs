@@ -54,7 +54,7 @@ fn exercise(learner: &mut dyn Learner, rng: &mut Rng, n: usize) {
 }
 
 fn exercised(config: &LearnerConfig, seed: u64, n: usize) -> Box<dyn Learner> {
-    let mut learner = config.build(DIMS, seed).unwrap();
+    let mut learner = config.build(DIMS, seed).expect("the settings are sound");
     exercise(learner.as_mut(), &mut Rng::new(seed), n);
     learner
 }

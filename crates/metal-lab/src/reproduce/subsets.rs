@@ -1,5 +1,5 @@
 //! The fixed subsets of sensors: "choose a fixed subset of sensors for all states", the paper's first possible answer
-//! (Sec. 1), which it never measured. One learner on a constant set, trained with the budget of everybody else.
+//! (Sec. 1), which it never measured (reading R35). One learner on a constant set, trained with the budget of everybody else.
 
 use crate::evaluate::{Candidate, Course, measures, test};
 use crate::plan::file::{MemberFile, PhaseFile, SubsetsFile};

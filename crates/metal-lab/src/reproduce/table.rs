@@ -53,7 +53,7 @@ fn costs(runs: &[&EpisodeRecord]) -> Costs {
     }
 }
 
-/// Ratio of total costs, mean over scenarios, paired by seed; `ours` and `theirs`: scenario → seed → runs.
+/// Ratio of total costs, mean over scenarios, paired by seed (reading R57); `ours` and `theirs`: scenario → seed → runs.
 #[must_use]
 pub fn ratio(ours: &[&RunsBySeed], theirs: &[&RunsBySeed]) -> Option<Estimate> {
     let seeds = ours.first()?.len();

@@ -115,7 +115,7 @@ impl Learner for BayesMix {
         true
     }
 
-    /// Values are posterior means, so every rate is an average that forgets: α only limits the count to 1/α.
+    /// Values are posterior means, so every rate is an average that forgets: α only limits the count to 1/α (R31).
     fn learn(&mut self, sample: Sample<'_>, rate: Rate) -> f64 {
         let floor = match rate {
             Rate::Full => 1.0,

@@ -1,7 +1,7 @@
 //! Incremental Gaussian mixture network over states and values together: every component is a small linear model of
 //! the value (Heinen and Engel; Pinto and Engel 2015; Agostini and Celaya 2010).
 //!
-//! The published covariance step can lose positive definiteness; ours is the exact weighted recursion on a Cholesky
+//! The published covariance step can lose positive definiteness (reading R32); ours is the exact weighted recursion on a Cholesky
 //! factor. With the value as the last dimension, that factor also holds the regression: its last row.
 //!
 //! # Formula
@@ -325,7 +325,8 @@ impl Learner for Igmn {
         point.clear();
         point.extend_from_slice(sample.state);
         point.push(sample.target);
-        if !(recall.nearest * self.sharpness <= self.gate) {
+        let distance = recall.nearest * self.sharpness;
+        if distance > self.gate || distance.is_nan() {
             action.create(&self.config, point);
             return error;
         }

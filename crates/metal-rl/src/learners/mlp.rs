@@ -165,7 +165,8 @@ struct Rows {
 
 /// A neural network that learns all values at once from replayed samples; see [`MlpConfig`].
 ///
-/// The `rate` of a sample is not used: regression over the replay averages targets, and Adam sets the step.
+/// The `rate` of a sample is not used: regression over the replay averages targets, and Adam sets the step
+/// (reading R33).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Mlp {
     config: MlpConfig,

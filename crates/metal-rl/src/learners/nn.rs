@@ -296,6 +296,9 @@ impl Network {
 
     /// Turns every output z into gain·z + shift, exactly up to rounding, so that a change of the targets' unit keeps
     /// what was learned (van Hasselt et al. 2016).
+    ///
+    /// # Panics
+    /// Never: a network has at least one layer.
     pub fn rescale_outputs(&mut self, gain: f32, shift: f32) {
         let layer = self.layers.last_mut().expect("a network has a layer");
         let rows = layer.inputs + 1;
@@ -428,6 +431,7 @@ mod tests {
     }
 
     #[test]
+    #[allow(clippy::needless_range_loop, reason = "the network is changed while its rows are walked")]
     fn the_gradient_is_that_of_finite_differences() {
         let (mut net, inputs, targets, weights) = example();
         let batch = Batch { inputs: &inputs, targets: &targets, weights: &weights };

@@ -1,7 +1,7 @@
 //! The robot's colour camera: true perspective onto the plane and the cars, one region at a time.
 //!
 //! 52×39 pixels, 0.84 rad across, 28 mm above the road and 30 mm ahead of the body's centre, as on an E-puck. The
-//! camera looks [`PITCH_RAD`] down, so that the horizon lies just above the top row: every pixel shows ground or a car.
+//! camera looks [`PITCH_RAD`] down, so that the horizon lies just above the top row: every pixel shows ground or a car (reading R39).
 //! The picture is cut into three columns of 17, 18 and 17 pixels, and into far rows (the upper 13: from 0.13 m
 //! ahead of the lens to the horizon) and near rows (the lower 26: from 0.04 m to 0.13 m).
 

@@ -1,4 +1,4 @@
-//! Contact of bodies: upright discs that block, slide along each other with friction and never jump.
+//! Contact of bodies: upright discs that block, slide along each other with friction and never jump (reading R42).
 
 use super::kinematics::BODY_RADIUS_M;
 use super::pose::Pose;

@@ -1,4 +1,5 @@
-//! The expert advisor of Phase I: a short look-ahead with ground truth, the real kinematics and predicted cars.
+//! The expert advisor of Phase I: a short look-ahead with ground truth, the real kinematics and predicted cars
+//! (reading R52).
 
 use super::kinematics::{
     ACTION_SECS, BODY_RADIUS_M, MotorAction, SUBSTEP_SECS, SUBSTEPS, TURN_RADPS, advance,

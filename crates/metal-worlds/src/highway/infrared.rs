@@ -1,6 +1,6 @@
 //! The ring of eight infra-red proximity sensors, with the look-up table and the noise of the E-puck model.
 //!
-//! Readings are in units of the table, from 67 (nothing near) to 4095. Only cars reflect; lines and grass do not.
+//! What reflects, and how a red body answers, is reading R53. Values are in units of the table, from 67 (nothing near) to 4095. Only cars reflect; lines and grass do not.
 //! The rays climb 9 degrees, which over their 50 mm keeps them below a car's top.
 
 use super::kinematics::BODY_RADIUS_M;

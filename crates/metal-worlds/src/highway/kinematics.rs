@@ -22,7 +22,7 @@ pub const FAST_MPS: f64 = 0.12;
 /// The sharpest a motor action turns, in radians per second.
 pub const TURN_RADPS: f64 = 0.45;
 
-/// A motor action. Eq. (12).
+/// A motor action. Eq. (12), reading R41.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MotorAction {
     /// Go fast: straight on at 0.12 m/s.

@@ -64,7 +64,7 @@ impl Direction {
 }
 
 impl Place {
-    /// The direction a car with this heading drives in.
+    /// The direction a car with this heading drives in; reading R44.
     #[must_use]
     pub fn direction(&self, heading_rad: f64) -> Direction {
         let away = num::wrap_angle(heading_rad - self.tangent_rad).abs();

@@ -1,4 +1,5 @@
 //! Where everybody starts: the test scenarios of Table 2, their mix for training, and the situations of Table 1.
+//! Readings R50 and R51.
 
 use super::kinematics::BODY_RADIUS_M;
 use super::pose::Pose;

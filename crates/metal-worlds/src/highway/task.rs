@@ -49,7 +49,7 @@ impl MotorCost {
     }
 }
 
-/// Weights of the sub-behaviours and prices of the sensors.
+/// Weights of the sub-behaviours and prices of the sensors (reading R49).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Task {
@@ -67,7 +67,7 @@ impl Default for Task {
 }
 
 impl Task {
-    /// The cost of one motor action. Fig. 7a.
+    /// The cost of one motor action. Fig. 7a, readings R47 and R48.
     ///
     /// # Formula
     /// cost = wₖ · nₖ for the first k with nₖ > 0; every n lies between 0 and 1. n₁ and n₂ start where the next lighter

@@ -21,7 +21,7 @@ pub trait Driver: Send + Sync {
     fn drive(&self, vision: &[f64; VISION]) -> usize;
 }
 
-/// Who steers the red cars.
+/// Who steers the red cars; reading R45.
 #[derive(Clone, Default)]
 pub enum Steering {
     /// A lane follower with ground truth, until minds are there.

@@ -3,7 +3,7 @@
 use crate::num;
 use serde::{Deserialize, Serialize};
 
-/// How components move and stretch; in configurations `shape`.
+/// How components move and stretch; in configurations `shape`. Reading R30.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
@@ -31,7 +31,7 @@ pub(crate) struct Frame {
     pub background_value: f64,
     pub prior_count: f64,
     pub shape: Shape,
-    /// Exponent of every density: effective dimensions / dimensions.
+    /// Exponent of every density: effective dimensions / dimensions (reading R26).
     pub sharpness: f64,
     /// Scaled squared distance beyond which a state is new.
     pub gate: f64,
@@ -53,7 +53,8 @@ impl Frame {
 
     /// Whether a state at this squared distance from its nearest component is new.
     pub fn is_novel(&self, nearest: f64) -> bool {
-        !(nearest * self.sharpness <= self.gate)
+        let distance = nearest * self.sharpness;
+        distance > self.gate || distance.is_nan()
     }
 }
 

@@ -95,8 +95,8 @@ impl Gaussians {
         self.factors.resize(groups * self.rows(), [0.0; LANES]);
         self.inverses.resize(groups * self.dims, [0.0; LANES]);
         self.log_dets.resize(groups, [0.0; LANES]);
-        for i in 0..self.dims {
-            self.set_mean(c, i, mean[i]);
+        for (i, &coordinate) in mean.iter().enumerate().take(self.dims) {
+            self.set_mean(c, i, coordinate);
             if self.full {
                 (0..i).for_each(|j| self.set_factor(c, at(i, j), 0.0));
                 self.set_factor(c, at(i, i), widths(i));
@@ -303,9 +303,9 @@ impl Gaussians {
             let new = squared.max(f64::MIN_POSITIVE).sqrt();
             let (cosine, sine) = (new / old, x[k] / old);
             self.set_factor(c, at(k, k), new);
-            for i in k + 1..self.dims {
-                let l = (self.factor(c, at(i, k)) + sign * sine * x[i]) / cosine;
-                x[i] = cosine * x[i] - sine * l;
+            for (i, x) in x.iter_mut().enumerate().take(self.dims).skip(k + 1) {
+                let l = (self.factor(c, at(i, k)) + sign * sine * *x) / cosine;
+                *x = cosine * *x - sine * l;
                 self.set_factor(c, at(i, k), l);
             }
         }

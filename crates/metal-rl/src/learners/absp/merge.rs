@@ -1,4 +1,4 @@
-//! Keeping a mixture small: forgetting components nobody needs, and merging the two that differ least.
+//! Keeping a mixture small: forgetting components nobody needs, and merging the two that differ least (reading R29).
 
 use super::frame::Frame;
 use super::gaussians::LANES;

@@ -166,8 +166,8 @@ impl Mixture {
         let mut top = num::ln(frame.background_mass) + frame.background_value / temperature;
         let mut sum = 1.0;
         self.for_each_group(frame, s, |g, l, used, _| {
-            for lane in 0..used {
-                let x = l[lane] + self.facts[g].value[lane] / temperature;
+            for (lane, &l) in l[..used].iter().enumerate() {
+                let x = l + self.facts[g].value[lane] / temperature;
                 if x > top {
                     sum = sum * num::exp(top - x) + 1.0;
                     top = x;
@@ -190,9 +190,9 @@ impl Mixture {
         let scan = self.scan(frame, s);
         let mut sum = scan.background_share(frame) * background;
         self.for_each_group(frame, s, |g, l, used, _| {
-            for lane in 0..used {
-                if l[lane] - scan.reference > NEGLIGIBLE {
-                    sum += scan.responsibility(self.facts[g].mass[lane], l[lane]) * of(&self.facts[g], lane);
+            for (lane, &l) in l[..used].iter().enumerate() {
+                if l - scan.reference > NEGLIGIBLE {
+                    sum += scan.responsibility(self.facts[g].mass[lane], l) * of(&self.facts[g], lane);
                 }
             }
         });
@@ -237,7 +237,7 @@ impl Mixture {
         false
     }
 
-    /// A new component at the sample.
+    /// A new component at the sample; readings R25 and R28.
     fn create(&mut self, frame: &Frame, lesson: &Lesson<'_>) {
         let c = self.gaussians.push(lesson.state, |_| frame.first_width);
         self.facts.resize_with(self.gaussians.groups(), Facts::default);

@@ -1,5 +1,5 @@
 //! Bayesian continuous Q-learning with action-based soft partitioning by Gaussians: our reconstruction of the learner
-//! the paper takes from its reference \[11\] (Sec. 3.2.1), whose text could not be read.
+//! the paper takes from its reference \[11\] (Sec. 3.2.1), whose text could not be read (reading R20).
 //!
 //! Each action owns Gaussians over the state; each Gaussian has a value q, a mass n of states in which the action was
 //! tried and a mass g of states in which it succeeded. An immovable uniform background is the prior: far from all
@@ -9,7 +9,7 @@
 //! ρ_c = n_c N_c(s) / (n₀ + Σ n N(s)),  Q(s, a) = ρ₀ Q₀ + Σ_c ρ_c q_c                                    (S1)
 //! P(a|s) = (n₀ + Σ_{c of a} g_c N_c(s)) / Σ_b (n₀ + Σ_{c of b} g_c N_c(s))                              (S2)
 //!
-//! S2 is the rule of Bayes: P(s|a) is the density of states in which a succeeded. Eq. (11).
+//! S2 is the rule of Bayes: P(s|a) is the density of states in which a succeeded. Eq. (11), reading R21.
 
 mod bank;
 mod frame;

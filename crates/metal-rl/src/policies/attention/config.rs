@@ -5,7 +5,7 @@ use crate::learner::Rate;
 use crate::returns::Credit;
 use serde::{Deserialize, Serialize};
 
-/// What the value of a move is learned from.
+/// What the value of a move is learned from; reading R14.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MotorTarget {
@@ -36,7 +36,7 @@ pub struct AttentionConfig {
     /// Most looks before a move (more than the roster holds means no limit).
     pub max_looks: usize,
     /// Share of the phase over which the price that is learned from rises from 0 to its true value. Prices paid and
-    /// reported are always the true ones.
+    /// reported are always the true ones. Reading R15.
     pub price_ramp: f64,
 }
 

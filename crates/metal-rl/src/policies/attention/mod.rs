@@ -89,7 +89,7 @@ impl Attention {
         &self.values
     }
 
-    /// Which choices are open: every move once enough looks were taken, every member not yet consulted.
+    /// Which choices are open: every move once enough looks were taken, every member not yet consulted (reading R17).
     fn available(&self, attended: IndexSet) -> IndexSet {
         let looks = attended.len();
         let may_look = looks < self.config.max_looks && looks < self.members.len();

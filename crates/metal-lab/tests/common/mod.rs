@@ -125,7 +125,8 @@ fn table2_row(policy: &str, runs: u64) -> BTreeMap<String, Table2Cell> {
 }
 
 fn table3() -> Vec<Table3Row> {
-    paper::TABLE3.iter().map(|&(k, q, actions, p0, p)| Table3Row { k, q, actions, p0, p }).collect()
+    let row = |r: paper::PaperTable3Row| Table3Row { k: r.k, q: r.q, actions: r.actions, p0: r.p0, p: r.p };
+    paper::numbers().table3.into_iter().map(row).collect()
 }
 
 fn figures() -> Figures {

@@ -7,7 +7,7 @@ use crate::mind::Mind;
 use crate::plan::Acting;
 use crate::registry::Roads;
 use crate::reproduce::Outcome;
-use crate::reproduce::table::over_seeds;
+use crate::reproduce::table::share_over_seeds;
 use crate::results::AliasingRow;
 use crate::train::RunError;
 use metal_rl::decision::DecisionState;
@@ -67,7 +67,7 @@ fn row(
         count(&logged.collect::<Vec<_>>(), resolution).pair_rate.map(|rate| rate.mean)
     };
     let rates: Vec<f64> = logs.iter().filter_map(rate).collect();
-    Some(AliasingRow { space: (*space).to_owned(), q, rate: over_seeds(&rates)? })
+    Some(AliasingRow { space: (*space).to_owned(), q, rate: share_over_seeds(&rates)? })
 }
 
 /// One moment of a drive, as everybody would have seen it.

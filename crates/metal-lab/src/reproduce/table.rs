@@ -14,6 +14,20 @@ pub fn over_seeds(values: &[f64]) -> Option<Estimate> {
     student(values).filter(|_| values.iter().all(|v| v.is_finite()))
 }
 
+/// The same of shares: an interval does not leave [0, 1].
+#[must_use]
+pub fn share_over_seeds(values: &[f64]) -> Option<Estimate> {
+    let estimate = over_seeds(values)?;
+    let [lo, hi] = [estimate.lo, estimate.hi].map(|end| end.map(|v| v.clamp(0.0, 1.0)));
+    Some(Estimate { lo, hi, ..estimate })
+}
+
+/// Whether a measure is a share of runs or steps.
+#[must_use]
+pub fn is_share(measure: &str) -> bool {
+    measure.ends_with("_rate") || measure == "speed_smoothness"
+}
+
 /// One cell of the main table: every measure that has values, mean per seed, interval over seeds.
 #[must_use]
 pub fn cell(runs: &RunsBySeed) -> Measures {
@@ -22,7 +36,8 @@ pub fn cell(runs: &RunsBySeed) -> Measures {
     let names = per_seed.first().map_or(&[][..], Vec::as_slice).iter().map(|(name, _)| *name);
     let measured = names.enumerate().filter_map(|(i, name)| {
         let values: Vec<f64> = per_seed.iter().map(|m| m[i].1).collect();
-        Some((name.to_owned(), over_seeds(&values)?))
+        let estimate = if is_share(name) { share_over_seeds(&values) } else { over_seeds(&values) };
+        Some((name.to_owned(), estimate?))
     });
     measured.collect()
 }
@@ -88,6 +103,7 @@ mod tests {
         assert!(cell(&vec![Vec::new()]).is_empty());
         assert_eq!(table2_cell(&[]), None);
         assert_eq!(over_seeds(&[1.0, f64::NAN]), None);
+        assert_eq!(share_over_seeds(&[0.0, 0.5]).unwrap().band(), Some((0.0, 1.0)));
         assert_eq!(over_seeds(&[-2.0]), Some(Estimate::point(-2.0, 1)));
     }
 }

@@ -88,10 +88,12 @@ fn measures((motor, perceptual, looks): (f64, f64, f64), accidents: f64) -> BTre
         ("perceptual", around(perceptual, 0.2)),
         ("looks", around(looks, 0.15)),
         ("accident_rate", around(accidents, 0.01)),
+        ("fault_rate", around(accidents / 2.0, 0.01)),
         ("off_road_rate", around(accidents / 9.0, 0.001)),
         ("contact_steps", around(accidents * 1.7, 0.1)),
         ("path_smoothness", around(0.123, 0.02)),
-        ("speed_smoothness", around(0.0173, 0.002)),
+        ("speed_smoothness", around(0.173, 0.02)),
+        ("lane_offset", around(0.0317, 0.002)),
         ("speed", around(0.0912, 0.003)),
     ];
     list.into_iter().map(|(name, estimate)| (name.to_owned(), estimate)).collect()

@@ -9,6 +9,7 @@ pub mod traffic;
 pub mod catalogue;
 pub mod experiments;
 
+pub mod drives;
 pub mod evaluate;
 pub mod finish;
 pub mod mind;

@@ -93,6 +93,16 @@ impl EnvironmentConfig {
         }
     }
 
+    /// The settings of the highway and who drives its red cars, if this world is a highway.
+    #[must_use]
+    pub fn as_highway(&self) -> Option<(&HighwayConfig, Steering)> {
+        match self {
+            Self::Highway(config) => Some((config, traffic::steering())),
+            Self::HighwayScripted(config) => Some((config, Steering::Scripted)),
+            _ => None,
+        }
+    }
+
     /// The kinds of roads a full test drives on.
     #[must_use]
     pub fn road_sets(&self) -> Vec<RoadSet> {

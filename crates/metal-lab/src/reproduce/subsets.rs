@@ -1,7 +1,8 @@
 //! The fixed subsets of sensors: "choose a fixed subset of sensors for all states", the paper's first possible answer
 //! (Sec. 1), which it never measured (reading R35). One learner on a constant set, trained with the budget of everybody else.
 
-use crate::evaluate::{Candidate, Course, measures, test};
+use super::table::motor;
+use crate::evaluate::{Candidate, Course, test};
 use crate::plan::file::{MemberFile, PhaseFile, SubsetsFile};
 use crate::plan::{Acting, Plan, PlanError};
 use crate::progress::Progress;
@@ -204,7 +205,6 @@ impl Screening<'_> {
             runs: self.rows.screening_runs,
         };
         let runs = test(&subset.candidate(&acting()), &course, &streams, self.progress)?;
-        let motor = measures(&runs).into_iter().find(|(name, _)| *name == "motor");
-        Ok(motor.map_or(f64::NAN, |(_, value)| value))
+        Ok(motor(&runs))
     }
 }

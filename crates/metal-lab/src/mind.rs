@@ -147,7 +147,11 @@ impl Mind {
             let Some(bytes) = frozen.members.get(&member.name) else {
                 return Err(damaged(format!("member `{}` is missing", member.name)));
             };
-            member.learner = row.learner.thaw(bytes)?;
+            let learner = row.learner.thaw(bytes)?;
+            if learner.dims() != member.learner.dims() {
+                return Err(damaged(format!("member `{}` has another shape than the plan", member.name)));
+            }
+            member.learner = learner;
         }
         for (name, (roster, bytes)) in &frozen.attention {
             if !plan.file.attention.contains_key(name) {

@@ -61,8 +61,9 @@ Examples:
   metal reproduce --seeds 10 --out runs/ten
   metal reproduce --set phase.attention.budget.episodes=3000 --set attention.acl.settings.price_ramp=0
 
-The folder gets report.html (open it first), results.json, records.csv (one row per test run), plan.toml (the
-experiment as it was run), run.json and the trained minds. The same seed gives the same numbers on any machine.";
+The folder gets report.html (open it first), results.json, records.csv (one row per test run),
+plan.toml (the experiment as it was run), run.json and the trained minds. The same seed gives the
+same numbers on any number of threads.";
 
 const RUN: &str = "\
 Examples:
@@ -70,8 +71,9 @@ Examples:
   metal run experiments/paper.toml --set phase.fusion.budget.episodes=100 --out runs/short
   metal run my.toml --set 'phase.fusion.acting={ fusion = \"log_opinion_pool\" }'
 
-Start from a copy of experiments/paper.toml; `metal list` names what can stand in it. A mistake is answered with file,
-line, field and what is allowed. A table of one choice, such as budget or acting, is replaced as a whole.";
+Start from a copy of experiments/paper.toml; `metal list` names what can stand in it. A mistake is
+answered with file, line, field and what is allowed. With --set, a table that holds one choice, such
+as budget or acting, is replaced as a whole.";
 
 const EVAL: &str = "\
 Examples:

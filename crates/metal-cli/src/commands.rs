@@ -20,7 +20,9 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             let plan = plan::parse(experiments::PAPER, &training.set)?;
             learn(plan, &training, &out)
         }
-        Command::Run(Run { file, out, training }) => learn(plan::load(&file, &training.set)?, &training, &out),
+        Command::Run(Run { file, out, training }) => {
+            learn(plan::load(&file, &training.set)?, &training, &out)
+        }
         Command::Eval(eval) => evaluate(&eval),
         Command::Aliasing(aliasing) => bound(&aliasing),
         Command::List => say(&catalogue::text()),
@@ -57,7 +59,10 @@ fn listen_to_ctrl_c() -> anyhow::Result<()> {
 }
 
 fn use_threads(threads: u16) -> anyhow::Result<()> {
-    rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global().context("cannot start the threads")
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.into())
+        .build_global()
+        .context("cannot start the threads")
 }
 
 fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {

@@ -97,7 +97,16 @@ fn impossible_numbers_are_refused() {
 #[test]
 fn everything_there_is_is_listed() {
     let list = output(&["list"]);
-    for name in ["environments", "highway", "learners", "absp", "mlp", "fusers", "max_confidence", "experiments/paper.toml"] {
+    for name in [
+        "environments",
+        "highway",
+        "learners",
+        "absp",
+        "mlp",
+        "fusers",
+        "max_confidence",
+        "experiments/paper.toml",
+    ] {
         assert!(list.contains(name), "{name} is missing in\n{list}");
     }
 }
@@ -121,7 +130,11 @@ fn a_reader_who_has_heard_enough_is_no_error() {
         .unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
-    assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success() && output.stderr.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
 }
 
 #[test]
@@ -138,7 +151,9 @@ fn a_run_leaves_everything_behind() {
     // 5 policies, 2 seeds, 30 runs each, and a header.
     assert_eq!(read("records.csv").lines().count(), 1 + 5 * 2 * 30);
     assert!(folder.join("minds/seed-1/attention.mind").is_file());
-    let strays = std::fs::read_dir(folder).unwrap().filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|x| x == "tmp"));
+    let strays = std::fs::read_dir(folder)
+        .unwrap()
+        .filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|x| x == "tmp"));
     assert_eq!(strays.count(), 0, "no drafts are left behind");
 }
 
@@ -148,7 +163,8 @@ fn results_as_json_are_the_results() {
     let toy = toy();
     let arguments = [tiny(&toy, folder.to_str().unwrap()), vec!["--json"]].concat();
     let printed: Value = serde_json::from_str(&output(&arguments)).unwrap();
-    let written: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("results.json")).unwrap()).unwrap();
+    let written: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.join("results.json")).unwrap()).unwrap();
     assert_eq!(printed, written);
     // The same plan and seed as in the other folder, in another process.
     let other = std::fs::read_to_string(Path::new(run_folder()).join("records.csv")).unwrap();
@@ -161,7 +177,8 @@ fn trained_minds_are_tested_again() {
     let eval = ["eval", "--run", folder, "--runs", "50"];
     let results: Value = serde_json::from_str(&output(&[&eval[..], &["--json"]].concat())).unwrap();
     let measures = &results["policies"]["acl"]["mix"];
-    let (total, looks) = (measures["total"]["mean"].as_f64().unwrap(), measures["looks"]["mean"].as_f64().unwrap());
+    let (total, looks) =
+        (measures["total"]["mean"].as_f64().unwrap(), measures["looks"]["mean"].as_f64().unwrap());
     assert!(total < 0.0 && (0.0..=7.0).contains(&looks), "{total} {looks}");
     let table = output(&eval);
     assert!(table.contains("oracle") && table.contains("looks"), "{table}");
@@ -177,7 +194,10 @@ fn roads_are_chosen_one_way_and_only_where_there_are_roads() {
         complaint(code, &arguments.iter().map(String::as_str).collect::<Vec<_>>())
     };
     let both = refused(2, &["--roads", "test", "--road-seed", "7"]);
-    assert!(both.contains("--roads") && both.contains("--road-seed") && both.contains("cannot be used with"), "{both}");
+    assert!(
+        both.contains("--roads") && both.contains("--road-seed") && both.contains("cannot be used with"),
+        "{both}"
+    );
     assert!(refused(2, &["--roads", "moon"]).contains("training, validation, test"));
     assert!(refused(2, &["--road-seed", "x"]).contains("--road-seed"));
     assert!(refused(1, &["--roads", "test"]).contains("Toy-v0 has no roads"));
@@ -200,7 +220,10 @@ fn experiment_files_are_called_by_name() {
     assert!(message.starts_with("metal: missing.toml: cannot be read"), "{message}");
     let toy = toy();
     let message = complaint(1, &["run", &toy, "--set", "evaluation.runs=0"]);
-    assert!(message.contains("toy.toml: --set evaluation.runs=0: evaluation.runs: 0: between 1"), "{message}");
+    assert!(
+        message.contains("toy.toml: --set evaluation.runs=0: evaluation.runs: 0: between 1"),
+        "{message}"
+    );
     let bad = temporary("bad.toml");
     let text = std::fs::read_to_string(&toy).unwrap();
     std::fs::write(&bad, text.replace("runs = 20000", "runs = 0")).unwrap();
@@ -209,7 +232,10 @@ fn experiment_files_are_called_by_name() {
     assert!(message.contains(&format!("bad.toml:{line}: evaluation.runs: 0")), "{message}");
     assert!(!temporary("never").exists(), "a refused experiment leaves nothing behind");
     let message = complaint(1, &["reproduce", "--set", "phase.foa.rate.constant=7", "--out", "never"]);
-    assert!(message.starts_with("metal: --set phase.foa.rate.constant=7: phase.foa.rate.constant: 7"), "{message}");
+    assert!(
+        message.starts_with("metal: --set phase.foa.rate.constant=7: phase.foa.rate.constant: 7"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -85,7 +85,8 @@ fn scenarios(
             .par_iter()
             .map(|&seed| {
                 let roster = plan.roster(&row.roster);
-                let candidate = Candidate { plan, mind: &minds[seed], acting: &row.acting, roster, blind: card.blind };
+                let candidate =
+                    Candidate { plan, mind: &minds[seed], acting: &row.acting, roster, blind: card.blind };
                 test(&candidate, &course, &Streams::new(card.seed).child("report").nth(seed as u64), &Silent)
             })
             .collect::<Result<Vec<_>, _>>()?;

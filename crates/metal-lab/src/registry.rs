@@ -70,7 +70,9 @@ impl EnvironmentConfig {
         match self {
             Self::Highway(config) => check_highway("highway", config),
             Self::HighwayScripted(config) => check_highway("highway_scripted", config),
-            Self::Maze(config) if config.side > 1000 => Err(refuse("maze.side", format!("{}: at most 1000", config.side))),
+            Self::Maze(config) if config.side > 1000 => {
+                Err(refuse("maze.side", format!("{}: at most 1000", config.side)))
+            }
             Self::Puddle(config) => {
                 check_horizon("puddle", config.horizon)?;
                 check_prices("puddle.position_price", &[config.position_price])?;
@@ -84,7 +86,9 @@ impl EnvironmentConfig {
     #[must_use]
     pub fn scenarios(&self) -> Vec<String> {
         match self {
-            Self::Highway(_) | Self::HighwayScripted(_) => Scenario::ALL.iter().map(|s| s.name().to_owned()).collect(),
+            Self::Highway(_) | Self::HighwayScripted(_) => {
+                Scenario::ALL.iter().map(|s| s.name().to_owned()).collect()
+            }
             _ => vec![ONLY.to_owned()],
         }
     }
@@ -118,7 +122,9 @@ impl EnvironmentConfig {
     #[must_use]
     pub fn road_sets(&self) -> Vec<RoadSet> {
         match self {
-            Self::Highway(_) | Self::HighwayScripted(_) => vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test],
+            Self::Highway(_) | Self::HighwayScripted(_) => {
+                vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test]
+            }
             _ => vec![RoadSet::Training],
         }
     }
@@ -150,7 +156,10 @@ fn check_highway(world: &str, config: &HighwayConfig) -> Result<(), WorldError> 
     let [.., smooth] = config.task.weights;
     let heavier = |w: &[f64]| w[0] >= w[1] && w[1] > 0.0 && w[0].is_finite();
     if !(config.task.weights[..3].windows(2).all(heavier) && smooth >= 0.0 && smooth.is_finite()) {
-        let message = format!("{:?}: finite, above 0, and the graver the larger (smoothness may be 0)", config.task.weights);
+        let message = format!(
+            "{:?}: finite, above 0, and the graver the larger (smoothness may be 0)",
+            config.task.weights
+        );
         return Err(refuse(format!("{world}.task.weights"), message));
     }
     check_prices(&format!("{world}.task.prices"), &config.task.prices)?;
@@ -172,7 +181,9 @@ fn check_rgb(field: &str, rgb: &RgbConfig) -> Result<(), WorldError> {
         ("thresholds.red_within_deg", t.red_within_deg, 180.0),
     ];
     match rows.iter().find(|(_, value, most)| !(0.0..=*most).contains(value)) {
-        Some((name, value, most)) => Err(refuse(format!("{field}.{name}"), format!("{value}: in [0, {most}]"))),
+        Some((name, value, most)) => {
+            Err(refuse(format!("{field}.{name}"), format!("{value}: in [0, {most}]")))
+        }
         None => Ok(()),
     }
 }

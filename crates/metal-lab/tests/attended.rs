@@ -24,7 +24,10 @@ enum Event {
     Consulted(usize),
     Decided,
     /// After a motor step: what the observer was shown.
-    Shown { read: IndexSet, attended: IndexSet },
+    Shown {
+        read: IndexSet,
+        attended: IndexSet,
+    },
 }
 
 type Minutes = Arc<Mutex<Vec<Event>>>;
@@ -67,7 +70,13 @@ impl Policy for Witness<'_> {
     fn choose(&mut self, situation: &Situation<'_>, rng: &mut Rng) -> Choice {
         assert_eq!(situation.advice, None);
         let choice = self.0.choose(situation, rng);
-        note(&self.1, match choice { Choice::Consult(m) => Event::Consulted(m), Choice::Move(_) => Event::Decided });
+        note(
+            &self.1,
+            match choice {
+                Choice::Consult(m) => Event::Consulted(m),
+                Choice::Move(_) => Event::Decided,
+            },
+        );
         choice
     }
     fn experience(&mut self, experience: Experience) {
@@ -109,7 +118,10 @@ impl Learner for Honest {
     }
     fn learn(&mut self, sample: Sample<'_>, rate: Rate) -> f64 {
         assert!(sample.target.is_finite() && sample.state.iter().all(|x| x.is_finite()));
-        assert!(self.shown.lock().unwrap().contains(&bits(sample.state)), "learned from a state it was not shown");
+        assert!(
+            self.shown.lock().unwrap().contains(&bits(sample.state)),
+            "learned from a state it was not shown"
+        );
         *self.learned.lock().unwrap() += 1;
         self.learner.learn(sample, rate)
     }
@@ -163,14 +175,20 @@ fn attention(plan: &Plan) -> (Vec<Event>, Vec<usize>) {
 fn due(plan: &Plan, consulted: &[usize]) -> Vec<usize> {
     let mut sensors = Vec::new();
     for &m in consulted {
-        sensors.extend(plan.members[m].sensors.iter().filter(|s| !sensors.contains(*s)).copied().collect::<Vec<_>>());
+        sensors.extend(
+            plan.members[m].sensors.iter().filter(|s| !sensors.contains(*s)).copied().collect::<Vec<_>>(),
+        );
     }
     sensors
 }
 
 #[test]
 fn what_nobody_attends_is_never_read() {
-    let sets = ["phase.demonstration.budget.steps=100", "phase.fusion.budget.episodes=2", "environment.highway.horizon=25"];
+    let sets = [
+        "phase.demonstration.budget.steps=100",
+        "phase.fusion.budget.episodes=2",
+        "environment.highway.horizon=25",
+    ];
     let mut sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
     sets.push(format!("phase.attention.budget.episodes={EPISODES}"));
     let plan = plan::parse(experiments::PAPER, &sets).unwrap();
@@ -211,10 +229,15 @@ fn what_nobody_attends_is_never_read() {
         }
     }
     closing += usize::from(decided);
-    assert_eq!((steps, closing), (EPISODES * 25, EPISODES), "every episode was cut, and closed by one more decision");
+    assert_eq!(
+        (steps, closing),
+        (EPISODES * 25, EPISODES),
+        "every episode was cut, and closed by one more decision"
+    );
     assert_eq!(decisions, steps + closing);
     assert!(unattended > decisions, "attention leaves sensors alone, or this test shows nothing");
-    let tiny: Vec<usize> = plan.roster(&plan.file.phase["attention"].roster).iter().map(|m| learned[m]).collect();
+    let tiny: Vec<usize> =
+        plan.roster(&plan.file.phase["attention"].roster).iter().map(|m| learned[m]).collect();
     assert!(tiny.iter().all(|&n| n > 0 && n <= steps), "{tiny:?}");
     assert_eq!(learned[plan.member("FOA").unwrap()], 0, "the full observer is gone in phase III");
 }

@@ -21,7 +21,9 @@ fn highway() -> Plan {
     let mut sets = vec!["phase.demonstration.budget.steps=60".to_owned(), "evaluation.runs=2".to_owned()];
     sets.push("evaluation.scenarios=[\"mix\", \"from_behind\"]".to_owned());
     sets.push("environment.highway.horizon=20".to_owned());
-    sets.extend(["foa", "fusion", "attention", "attention_paper"].map(|p| format!("phase.{p}.budget.episodes=2")));
+    sets.extend(
+        ["foa", "fusion", "attention", "attention_paper"].map(|p| format!("phase.{p}.budget.episodes=2")),
+    );
     let mut file = plan::parse(experiments::PAPER, &sets).unwrap().file;
     file.subsets = None;
     Plan::check(file).unwrap()
@@ -50,8 +52,14 @@ fn remains(plan: &Plan, seed: u64, threads: usize) -> Remains {
     outcome.busy.clear();
     let bytes = |mind: &Mind| {
         let frozen = mind.freeze(&BTreeMap::new());
-        let attention = frozen.attention.into_iter().map(|(name, (_, bytes))| (format!("attention {name}"), bytes));
-        frozen.members.into_iter().chain(attention).flat_map(|(name, bytes)| [name.into_bytes(), bytes].concat()).collect()
+        let attention =
+            frozen.attention.into_iter().map(|(name, (_, bytes))| (format!("attention {name}"), bytes));
+        frozen
+            .members
+            .into_iter()
+            .chain(attention)
+            .flat_map(|(name, bytes)| [name.into_bytes(), bytes].concat())
+            .collect()
     };
     let minds = |seed: &BTreeMap<String, metal_lab::train::Trained>| {
         seed.iter().map(|(phase, trained)| (phase.clone(), bytes(&trained.mind))).collect()
@@ -115,7 +123,10 @@ fn a_bystander_changes_nobody() {
         (before, after.freeze(&BTreeMap::new()).members)
     };
     let ((_, alone), (newborn, mut watched)) = (demonstrated(&alone), demonstrated(&watched));
-    assert!(watched.iter().all(|(name, bytes)| newborn[name] != *bytes), "everybody learned, the bystander too");
+    assert!(
+        watched.iter().all(|(name, bytes)| newborn[name] != *bytes),
+        "everybody learned, the bystander too"
+    );
     assert!(watched.remove("AB").is_some());
     assert!(alone == watched, "and nobody else noticed");
 }

@@ -45,7 +45,8 @@ impl Observer for Transcript<'_> {
         }
         self.written += 1;
         let actions = &self.plan.spec.actions;
-        let names: Vec<&str> = step.state.order().iter().map(|&m| self.plan.members[m].name.as_str()).collect();
+        let names: Vec<&str> =
+            step.state.order().iter().map(|&m| self.plan.members[m].name.as_str()).collect();
         let asked = if names.is_empty() { "nobody".to_owned() } else { names.join(", ") };
         let place = format!("episode {} step {}", step.episode, step.index);
         writeln!(self.text, "{place}: asked {asked} for {}", numbers(&[step.look_price])).unwrap();
@@ -77,7 +78,8 @@ fn trained(plan: &Plan, names: &[&str]) -> Mind {
 fn tested(plan: &Plan, mind: &Mind, name: &str) -> String {
     let row = &plan.file.policy[name];
     let candidate = Candidate { plan, mind, acting: &row.acting, roster: plan.roster(&row.roster), blind: 0 };
-    let course = Course { scenario: plan.file.environment.training_scenario(), roads: Roads::Training, runs: STEPS };
+    let course =
+        Course { scenario: plan.file.environment.training_scenario(), roads: Roads::Training, runs: STEPS };
     let mut transcript = Transcript::new(plan, 0);
     watch(&candidate, &course, &Streams::new(SEED), &mut transcript).unwrap();
     transcript.text
@@ -102,15 +104,23 @@ fn the_demonstration_on_the_highway() {
 
 #[test]
 fn attention_on_the_highway() {
-    let short = ["phase.fusion.budget.episodes=3", "phase.attention.budget.episodes=12"];
-    let plan = parse(experiments::PAPER, &short);
+    // After so little practice nobody would look at all, if one look were not the least.
+    let plan = parse(
+        experiments::PAPER,
+        &[
+            "phase.fusion.budget.episodes=3",
+            "phase.attention.budget.episodes=12",
+            "attention.acl.settings.min_looks=1",
+            "attention.acl.settings.price_ramp=1.0",
+        ],
+    );
     let mind = trained(&plan, &["demonstration", "fusion", "attention"]);
     expect_file!["golden/highway-attention.txt"].assert_eq(&tested(&plan, &mind, "acl"));
 }
 
 #[test]
 fn attention_on_the_toy() {
-    let plan = parse(experiments::TOY, &["phase.attention.budget.episodes=600"]);
+    let plan = parse(experiments::TOY, &["phase.attention.budget.episodes=3000"]);
     let mind = trained(&plan, &["attention"]);
     expect_file!["golden/toy.txt"].assert_eq(&tested(&plan, &mind, "acl"));
 }

@@ -54,7 +54,7 @@ fn evaluate(root: &Path) -> Result<(), String> {
 /// What is said when `name` of a folder is spoiled; it must begin with the path of what is wrong.
 fn complaint(store: &Store, name: &str) -> String {
     let message = evaluate(store.root()).expect_err("this folder is spoiled");
-    let path: PathBuf = store.path(name);
+    let path: PathBuf = if name.is_empty() { store.root().to_path_buf() } else { store.path(name) };
     assert!(message.starts_with(&path.display().to_string()), "{message} does not name {}", path.display());
     message
 }
@@ -72,7 +72,9 @@ fn a_whole_folder_is_read_back_bit_for_bit() {
 
 #[test]
 fn a_folder_without_its_files_is_no_run() {
-    for (name, wanted) in [("run.json", "run.json is missing"), ("plan.toml", "cannot be read"), (MIND, "No such file")] {
+    for (name, wanted) in
+        [("run.json", "run.json is missing"), ("plan.toml", "cannot be read"), (MIND, "No such file")]
+    {
         let store = folder("missing");
         std::fs::remove_file(store.path(name)).unwrap();
         let place = if name == "run.json" { "" } else { name };
@@ -87,8 +89,16 @@ fn foreign_and_damaged_files_are_called_by_name() {
         ("run.json", b"", "EOF"),
         ("run.json", b"{}", "missing field"),
         ("run.json", b"\xff\xfe", "UTF-8"),
-        ("run.json", br#"{"version": "0.1.0", "seed": 1, "seeds": 0, "blind": 0, "quick": false}"#, "seeds = 0"),
-        ("run.json", br#"{"version": "0.1.0", "seed": 1, "seeds": 1, "blind": 9, "quick": false}"#, "blind = 9"),
+        (
+            "run.json",
+            br#"{"version": "0.1.0", "seed": 1, "seeds": 0, "blind": 0, "quick": false}"#,
+            "seeds = 0",
+        ),
+        (
+            "run.json",
+            br#"{"version": "0.1.0", "seed": 1, "seeds": 1, "blind": 9, "quick": false}"#,
+            "blind = 9",
+        ),
         ("plan.toml", b"title = 1", "title"),
         (MIND, b"", "not a mind file"),
         (MIND, b"PK\x03\x04 a zip file", "not a mind file"),
@@ -112,7 +122,10 @@ fn minds_of_another_version_or_plan_are_refused() {
         complaint(&store, MIND)
     };
     let version = changed(&|m| m.version += 1);
-    assert!(version.contains(&format!("version {}, this program reads {FROZEN_VERSION}", FROZEN_VERSION + 1)), "{version}");
+    assert!(
+        version.contains(&format!("version {}, this program reads {FROZEN_VERSION}", FROZEN_VERSION + 1)),
+        "{version}"
+    );
     assert!(changed(&|m| drop(m.members.remove("IR"))).contains("member `IR` is missing"));
     // An expert over nine actions is a sound learner, but not of this world.
     let shape = changed(&|m| drop(m.members.insert("IR".into(), 9_u64.to_le_bytes().to_vec())));

@@ -77,7 +77,8 @@ impl Plan {
 
     /// Weights of a pool are typed in the order of the roster; a mind knows only the order of its members.
     fn put_weights_in_order(&mut self) {
-        let place: BTreeMap<String, usize> = self.members.iter().enumerate().map(|(i, m)| (m.name.clone(), i)).collect();
+        let place: BTreeMap<String, usize> =
+            self.members.iter().enumerate().map(|(i, m)| (m.name.clone(), i)).collect();
         let phases = self.file.phase.values_mut().map(|row| (&mut row.roster, &mut row.acting));
         let policies = self.file.policy.values_mut().map(|row| (&mut row.roster, &mut row.acting));
         for (roster, acting) in phases.chain(policies) {
@@ -169,7 +170,10 @@ fn members(file: &PlanFile, spec: &EnvironmentSpec) -> Result<Vec<MemberPlan>, P
             sensors.push(index);
         }
         if sensors.is_empty() {
-            return Err(PlanError::at(format!("member.{name}.sensors"), "empty: a member sees at least one sensor"));
+            return Err(PlanError::at(
+                format!("member.{name}.sensors"),
+                "empty: a member sees at least one sensor",
+            ));
         }
         let Some(learner) = file.learner.get(&row.learner) else {
             let known = file.learner.keys().map(String::as_str);
@@ -177,7 +181,8 @@ fn members(file: &PlanFile, spec: &EnvironmentSpec) -> Result<Vec<MemberPlan>, P
         };
         members.push(MemberPlan { name: name.clone(), sensors, learner: learner.clone() });
     }
-    members.sort_by(|a, b| (a.sensors.len(), &a.sensors, &a.name).cmp(&(b.sensors.len(), &b.sensors, &b.name)));
+    members
+        .sort_by(|a, b| (a.sensors.len(), &a.sensors, &a.name).cmp(&(b.sensors.len(), &b.sensors, &b.name)));
     if members.is_empty() || members.len() > IndexSet::CAPACITY {
         let message = format!("{} members: between 1 and {}", members.len(), IndexSet::CAPACITY);
         return Err(PlanError::at("member", message));
@@ -193,7 +198,8 @@ fn phase_order(phases: &BTreeMap<String, PhaseFile>) -> Result<Vec<String>, Plan
             return Err(unknown(format!("phase.{name}.after"), "phase", after, known()));
         }
         if starts_from_itself(phases, name) {
-            let message = format!("`{}` starts, in the end, from `{name}` itself", row.after.as_deref().unwrap_or(""));
+            let message =
+                format!("`{}` starts, in the end, from `{name}` itself", row.after.as_deref().unwrap_or(""));
             return Err(PlanError::at(format!("phase.{name}.after"), message));
         }
     }

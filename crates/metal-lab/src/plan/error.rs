@@ -54,7 +54,11 @@ impl fmt::Display for PlanError {
         if let Some(assignment) = &self.assignment {
             write!(f, "--set {assignment}: ")?;
         }
-        if self.field.is_empty() { f.write_str(&self.message) } else { write!(f, "{}: {}", self.field, self.message) }
+        if self.field.is_empty() {
+            f.write_str(&self.message)
+        } else {
+            write!(f, "{}: {}", self.field, self.message)
+        }
     }
 }
 

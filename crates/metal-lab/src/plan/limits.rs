@@ -68,7 +68,10 @@ pub(super) fn rate(field: &str, rate: Rate) -> Result<(), PlanError> {
 
 pub(super) fn credit(field: &str, credit: Credit) -> Result<(), PlanError> {
     if !(0.0..1.0).contains(&credit.gamma) {
-        return Err(PlanError::at(format!("{field}.gamma"), format!("{}: a discount in [0, 1)", credit.gamma)));
+        return Err(PlanError::at(
+            format!("{field}.gamma"),
+            format!("{}: a discount in [0, 1)", credit.gamma),
+        ));
     }
     share(&format!("{field}.lambda"), credit.lambda)
 }
@@ -111,7 +114,10 @@ pub(super) fn attention(field: &str, s: &AttentionConfig) -> Result<(), PlanErro
     rate(&format!("{field}.rate"), s.rate)?;
     share(&format!("{field}.price_ramp"), s.price_ramp)?;
     if !s.encoding.null.is_finite() {
-        return Err(PlanError::at(format!("{field}.encoding.null"), format!("{}: a finite number", s.encoding.null)));
+        return Err(PlanError::at(
+            format!("{field}.encoding.null"),
+            format!("{}: a finite number", s.encoding.null),
+        ));
     }
     if s.min_looks > s.max_looks {
         let message = format!("{} looks at least, but {} at most", s.min_looks, s.max_looks);

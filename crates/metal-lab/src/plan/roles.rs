@@ -76,12 +76,20 @@ impl Plan {
         if self.file.learner.contains_key(name) {
             return Ok(());
         }
-        Err(unknown(format!("{field}.learner"), "learner", name, self.file.learner.keys().map(String::as_str)))
+        Err(unknown(
+            format!("{field}.learner"),
+            "learner",
+            name,
+            self.file.learner.keys().map(String::as_str),
+        ))
     }
 
     pub(super) fn check_phase(&self, field: &str, row: &PhaseFile) -> Result<(), PlanError> {
         if row.roster.is_empty() {
-            return Err(PlanError::at(format!("{field}.roster"), "empty: at least one member takes part in a phase"));
+            return Err(PlanError::at(
+                format!("{field}.roster"),
+                "empty: at least one member takes part in a phase",
+            ));
         }
         self.check_roster(field, &row.roster)?;
         self.check_acting(field, &row.acting, &row.roster)?;
@@ -142,7 +150,8 @@ impl Plan {
     }
 
     /// Whether attention controller `name` acts in `phase` or in one it starts from.
-    fn is_trained_by(&self, phase: Option<&str>, name: &str) -> bool {
+    #[must_use]
+    pub fn is_trained_by(&self, phase: Option<&str>, name: &str) -> bool {
         let Some(row) = phase.and_then(|p| self.file.phase.get(p)) else { return false };
         row.acting == Acting::Attention(name.to_owned()) || self.is_trained_by(row.after.as_deref(), name)
     }
@@ -151,7 +160,12 @@ impl Plan {
         let known = self.file.environment.scenarios();
         let scenarios = &self.file.evaluation.scenarios;
         if let Some(strange) = scenarios.iter().find(|s| !known.contains(s)) {
-            return Err(unknown("evaluation.scenarios", "scenario", strange, known.iter().map(String::as_str)));
+            return Err(unknown(
+                "evaluation.scenarios",
+                "scenario",
+                strange,
+                known.iter().map(String::as_str),
+            ));
         }
         limits::once("evaluation.scenarios", scenarios)?;
         limits::count("evaluation.runs", self.file.evaluation.runs, "runs")
@@ -166,7 +180,8 @@ impl Plan {
         limits::count("subsets.confirmed", subsets.confirmed, "subsets")?;
         let everything = self.spec.sensors.iter().map(|s| s.features.len());
         for inputs in everything.clone().chain([everything.sum()]) {
-            let fits = self.file.learner[&subsets.learner].build(Dims { inputs, choices: self.spec.actions.len() }, 0);
+            let fits = self.file.learner[&subsets.learner]
+                .build(Dims { inputs, choices: self.spec.actions.len() }, 0);
             fits.map_err(|e| PlanError::at("subsets.learner", e.to_string()))?;
         }
         Ok(())
@@ -182,7 +197,8 @@ impl Plan {
         }
         limits::once("subsets.budget_of", &subsets.budget_of)?;
         if subsets.budget_of.iter().all(|name| self.file.phase[name].acting == Acting::Advisor) {
-            let message = "names no phase in which the mind acts by itself: a subset would have nothing to learn from";
+            let message =
+                "names no phase in which the mind acts by itself: a subset would have nothing to learn from";
             return Err(PlanError::at("subsets.budget_of", message));
         }
         Ok(())
@@ -197,7 +213,8 @@ fn check_attendance(field: &str, row: &PhaseFile) -> Result<(), PlanError> {
             Err(PlanError::at(format!("{field}.acting"), message))
         }
         Acting::Advisor if row.sensing == Sensing::OnDemand => {
-            let message = "on_demand: an advisor consults nobody, so nobody would learn; write sensing = \"everyone\"";
+            let message =
+                "on_demand: an advisor consults nobody, so nobody would learn; write sensing = \"everyone\"";
             Err(PlanError::at(format!("{field}.sensing"), message))
         }
         _ => Ok(()),
@@ -218,6 +235,7 @@ fn check_bootstrap(field: &str, row: &PhaseFile) -> Result<(), PlanError> {
     if looks || row.sensing == Sensing::Everyone {
         return Ok(());
     }
-    let message = format!("`{name}` does not look before every move of this phase, so it has no value to lend");
+    let message =
+        format!("`{name}` does not look before every move of this phase, so it has no value to lend");
     Err(PlanError::at(field, message))
 }

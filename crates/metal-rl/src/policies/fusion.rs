@@ -23,12 +23,7 @@ impl Fusion {
 }
 
 /// The action `fuser` makes of everything `roster` said so far; weights belong to places in the roster.
-pub(crate) fn fuse(
-    fuser: &Fuser,
-    roster: IndexSet,
-    situation: &Situation<'_>,
-    scratch: &mut [f64],
-) -> usize {
+pub(crate) fn fuse(fuser: &Fuser, roster: IndexSet, situation: &Situation<'_>, scratch: &mut [f64]) -> usize {
     let mut opinions = [Opinion { agent: 0, proposal: 0, support: &[] }; IndexSet::CAPACITY];
     let mut heard = 0;
     for (agent, m) in roster.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Golden playthroughs: a dozen motor steps of every kind of run, as text a person can follow. A change of any number
 //! that a learner, a sensor or a reward depends on shows up here. To accept a change: `UPDATE_EXPECT=1 cargo test`.
+#![allow(clippy::unwrap_used)]
 
 use expect_test::expect_file;
 use metal_lab::evaluate::{Candidate, Course, watch};

@@ -1,4 +1,5 @@
 //! Run folders that were damaged, cut, mixed up or made by somebody else: errors that name the file, and never a panic.
+#![allow(clippy::unwrap_used)]
 
 use metal_lab::mind::{FROZEN_VERSION, FrozenMind, Mind};
 use metal_lab::plan::{self, Plan};

@@ -1,4 +1,5 @@
 //! Attention control against its exact optimum: the regression test of the paper's phase III.
+#![allow(clippy::unwrap_used)]
 
 use metal_lab::experiments;
 use metal_lab::plan;

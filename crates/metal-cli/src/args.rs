@@ -94,6 +94,14 @@ Examples:
   metal completions zsh > ~/.zfunc/_metal
   metal completions fish > ~/.config/fish/completions/metal.fish";
 
+/// How results are printed.
+#[derive(Debug, Args)]
+pub struct Printing {
+    /// Print the results as JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// Options common to everything that trains.
 #[derive(Debug, Args)]
 pub struct Training {
@@ -112,9 +120,8 @@ pub struct Training {
     /// Override a field of the experiment: dotted key = TOML value; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub printing: Printing,
     /// Threads (0: one per core); results do not depend on it
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
     pub threads: u16,

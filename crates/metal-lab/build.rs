@@ -5,7 +5,10 @@ use std::process::Command;
 fn main() {
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     println!("cargo:rustc-env=METAL_RUSTC_VERSION={}", first_line(&rustc, &["--version"]));
-    println!("cargo:rustc-env=METAL_GIT_REVISION={}", first_line("git", &["describe", "--always", "--dirty"]));
+    println!(
+        "cargo:rustc-env=METAL_GIT_REVISION={}",
+        first_line("git", &["describe", "--always", "--dirty"])
+    );
     println!("cargo:rerun-if-changed=../../.git/HEAD");
     println!("cargo:rerun-if-changed=../../.git/logs/HEAD");
     println!("cargo:rerun-if-changed=build.rs");

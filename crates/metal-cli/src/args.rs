@@ -1,14 +1,15 @@
 //! What can be typed.
 
 use clap::{Args, Parser, Subcommand};
+use metal_lab::store::MOST_SEEDS;
 use std::path::PathBuf;
 
 /// Learn to act, and what to look at before acting.
 ///
 /// METAL trains tiny agents that each see one sensor, and an attention controller that decides before every motor
-/// action whom to consult, paying for every look. Start with `metal reproduce`.
+/// action whom to consult, paying for every look.
 #[derive(Debug, Parser)]
-#[command(name = "metal", version, propagate_version = true)]
+#[command(name = "metal", version, propagate_version = true, after_help = START)]
 pub struct Arguments {
     /// What to do.
     #[command(subcommand)]
@@ -18,59 +19,109 @@ pub struct Arguments {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Reproduce the paper: train, test, and write the report with every figure and table beside the paper's.
+    /// Reproduce the paper: train, test, and write the report with every figure and table beside the paper's
+    #[command(after_help = REPRODUCE)]
     Reproduce(Reproduce),
-    /// Run an experiment file, e.g. `metal run experiments/paper.toml --set phase.fusion.budget.episodes=100`.
+    /// Run an experiment file
+    #[command(after_help = RUN)]
     Run(Run),
-    /// Test trained minds on any road, also one nobody has seen, e.g. `metal eval --run runs/reproduce --roads test`.
+    /// Test trained minds again, on any road, also one nobody has seen
+    #[command(after_help = EVAL)]
     Eval(Eval),
-    /// Largest probability of aliasing in the decision space (Sec. 6.1, Eqs 22-26, Table 3).
+    /// Largest probability of aliasing in the decision space (Sec. 6.1, Eqs 22-26, Table 3)
+    #[command(after_help = ALIASING)]
     Aliasing(Aliasing),
-    /// List environments, learners, fusers and the fields of an experiment file.
+    /// List environments, learners, drivers, fusers and experiments, as an experiment file names them
     List,
-    /// Print shell completions, e.g. `metal completions bash > /etc/bash_completion.d/metal`.
+    /// Print shell completions
+    #[command(after_help = COMPLETIONS)]
     Completions {
-        /// The shell.
+        /// The shell
         shell: clap_complete::Shell,
     },
-    /// Train the minds of the red cars again (`Highway-v0` ships them) and write them to a file.
+    /// Train the minds of the red cars again (`Highway-v0` ships them) and write them to a file
     TrainTraffic {
-        /// Where to write.
+        /// Where to write
         #[arg(long)]
         out: PathBuf,
     },
 }
 
+const START: &str = "\
+Examples:
+  metal reproduce --quick --seeds 1          see everything work, in about a minute
+  metal reproduce                            the paper, five trainings
+  metal run experiments/toy.toml             an experiment of one's own
+  metal eval --run runs/reproduce            the same minds on other roads
+  metal list                                 what there is to choose from";
+
+const REPRODUCE: &str = "\
+Examples:
+  metal reproduce --quick --seeds 1
+  metal reproduce --seeds 10 --out runs/ten
+  metal reproduce --set phase.attention.budget.episodes=3000 --set attention.acl.settings.price_ramp=0
+
+The folder gets report.html (open it first), results.json, records.csv (one row per test run), plan.toml (the
+experiment as it was run), run.json and the trained minds. The same seed gives the same numbers on any machine.";
+
+const RUN: &str = "\
+Examples:
+  metal run experiments/toy.toml
+  metal run experiments/paper.toml --set phase.fusion.budget.episodes=100 --out runs/short
+  metal run my.toml --set 'phase.fusion.acting={ fusion = \"log_opinion_pool\" }'
+
+Start from a copy of experiments/paper.toml; `metal list` names what can stand in it. A mistake is answered with file,
+line, field and what is allowed. A table of one choice, such as budget or acting, is replaced as a whole.";
+
+const EVAL: &str = "\
+Examples:
+  metal eval --run runs/reproduce
+  metal eval --run runs/reproduce --roads validation --runs 20
+  metal eval --run runs/reproduce --road-seed 7 --road-seed 8
+
+Nothing is learned and nothing is written.";
+
+const ALIASING: &str = "\
+Examples:
+  metal aliasing --q 4 --k 4 --actions 4     the second row of Table 3
+  metal aliasing --q 10 --k 2 --actions 5 --json";
+
+const COMPLETIONS: &str = "\
+Examples:
+  metal completions bash > ~/.local/share/bash-completion/completions/metal
+  metal completions zsh > ~/.zfunc/_metal
+  metal completions fish > ~/.config/fish/completions/metal.fish";
+
 /// Options common to everything that trains.
 #[derive(Debug, Args)]
 pub struct Training {
-    /// Independent trainings.
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    /// Independent trainings, the source of every interval (with --quick at most 2)
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=MOST_SEEDS as i64))]
     pub seeds: u32,
-    /// The one number all randomness comes from.
-    #[arg(long, default_value_t = 1)]
+    /// The one number all randomness comes from
+    #[arg(long, default_value_t = 1, value_name = "N")]
     pub seed: u64,
-    /// Under a minute, with budgets so small that the numbers only show that everything works.
+    /// Cut every budget so far that the numbers only show that everything works
     #[arg(long)]
     pub quick: bool,
-    /// Train and test every subset of sensors, not only singles, pairs and the grown ones.
+    /// Train and test every subset of sensors, not only singles, pairs and the grown ones
     #[arg(long)]
     pub all_subsets: bool,
-    /// Override a field of the experiment: dotted key = TOML value. May be repeated.
+    /// Override a field of the experiment: dotted key = TOML value; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Print the results as JSON instead of a table.
+    /// Print the results as JSON instead of a table
     #[arg(long)]
     pub json: bool,
-    /// Threads (0: one per core). Results do not depend on it.
-    #[arg(long, default_value_t = 0)]
-    pub threads: usize,
+    /// Threads (0: one per core); results do not depend on it
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
+    pub threads: u16,
 }
 
 /// `metal reproduce`
 #[derive(Debug, Args)]
 pub struct Reproduce {
-    /// Folder for report, results, records and minds.
+    /// Folder for report, results, records and minds
     #[arg(long, default_value = "runs/reproduce")]
     pub out: PathBuf,
     #[command(flatten)]
@@ -80,9 +131,9 @@ pub struct Reproduce {
 /// `metal run`
 #[derive(Debug, Args)]
 pub struct Run {
-    /// The experiment file (TOML).
+    /// The experiment file (TOML)
     pub file: PathBuf,
-    /// Folder for results, records and minds.
+    /// Folder for report, results, records and minds
     #[arg(long, default_value = "runs/run")]
     pub out: PathBuf,
     #[command(flatten)]
@@ -92,19 +143,19 @@ pub struct Run {
 /// `metal eval`
 #[derive(Debug, Args)]
 pub struct Eval {
-    /// A folder that `reproduce` or `run` wrote.
+    /// A folder that `metal reproduce` or `metal run` wrote
     #[arg(long)]
     pub run: PathBuf,
-    /// Roads: training, validation or test.
-    #[arg(long, default_value = "test", conflicts_with = "road_seed")]
-    pub roads: String,
-    /// Roads grown from these seeds instead.
+    /// Roads to drive on (test roads if nothing is said)
+    #[arg(long, value_parser = ["training", "validation", "test"], conflicts_with = "road_seed")]
+    pub roads: Option<String>,
+    /// Roads grown from these seeds instead; may be repeated
     #[arg(long, num_args = 1.., value_name = "N")]
     pub road_seed: Vec<u64>,
-    /// Runs per scenario and seed.
-    #[arg(long, default_value_t = 100)]
-    pub runs: usize,
-    /// Print JSON instead of a table.
+    /// Runs per scenario and training
+    #[arg(long, default_value_t = 100, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
+    pub runs: u32,
+    /// Print JSON instead of a table
     #[arg(long)]
     pub json: bool,
 }
@@ -112,16 +163,16 @@ pub struct Eval {
 /// `metal aliasing`
 #[derive(Debug, Args)]
 pub struct Aliasing {
-    /// Quantisation level of the decision space, q.
+    /// Quantisation level of the decision space, q
     #[arg(long)]
     pub q: usize,
-    /// Number of physical states that a tiny agent cannot tell apart, k.
+    /// Number of physical states that a tiny agent cannot tell apart, k
     #[arg(long)]
     pub k: usize,
-    /// Number of motor actions, |A|.
+    /// Number of motor actions, |A|
     #[arg(long)]
     pub actions: usize,
-    /// Print JSON.
+    /// Print JSON
     #[arg(long)]
     pub json: bool,
 }

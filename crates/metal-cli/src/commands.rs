@@ -9,6 +9,7 @@ use metal_lab::plan::{self, Plan};
 use metal_lab::registry::Roads;
 use metal_lab::reproduce::{Options, execute, planned_steps, quick};
 use metal_lab::{catalogue, experiments, finish, reevaluate, traffic};
+use std::io::Write;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
@@ -19,19 +20,31 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             let plan = plan::parse(experiments::PAPER, &training.set)?;
             learn(plan, &training, &out)
         }
-        Command::Run(Run { file, out, training }) => learn(plan::load(&file, &training.set)?, &training, &out),
+        Command::Run(Run { file, out, training }) => {
+            learn(plan::load(&file, &training.set)?, &training, &out)
+        }
         Command::Eval(eval) => evaluate(&eval),
         Command::Aliasing(aliasing) => bound(&aliasing),
-        Command::List => {
-            print!("{}", catalogue::text());
-            Ok(())
-        }
+        Command::List => say(&catalogue::text()),
         Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Arguments::command(), "metal", &mut std::io::stdout());
-            Ok(())
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Arguments::command(), "metal", &mut script);
+            say(&String::from_utf8(script)?)
         }
         Command::TrainTraffic { out } => train_traffic(&out),
     }
+}
+
+/// Prints to standard output; whoever reads it may have heard enough (`metal list | head`).
+fn say(text: &str) -> anyhow::Result<()> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(e).context("cannot print"),
+        _ => Ok(()),
+    }
+}
+
+fn say_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
+    say(&format!("{}\n", serde_json::to_string_pretty(value)?))
 }
 
 /// Ctrl-C asks politely first: the phase that runs is finished, then everything stops.
@@ -45,8 +58,11 @@ fn listen_to_ctrl_c() -> anyhow::Result<()> {
     .context("cannot listen to Ctrl-C")
 }
 
-fn use_threads(threads: usize) -> anyhow::Result<()> {
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("cannot start the threads")
+fn use_threads(threads: u16) -> anyhow::Result<()> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.into())
+        .build_global()
+        .context("cannot start the threads")
 }
 
 fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
@@ -67,58 +83,54 @@ fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
     let outcome = outcome.with_context(|| format!("nothing was written to {}", out.display()))?;
     let results = finish::write(&outcome, &store)?;
     if training.json {
-        println!("{}", serde_json::to_string_pretty(&results)?);
-        return Ok(());
+        return say_json(&results);
     }
     let scenario = outcome.plan.file.environment.training_scenario();
-    table::print(&results.policies, &scenario);
+    let mut text = table::text(&results.policies, &scenario);
     if results.quick {
-        println!("\nquick run: budgets were cut, these numbers only show that everything works");
+        text += "\nquick run: budgets were cut, these numbers only show that everything works\n";
     }
-    println!("\nreport:  {}", store.path("report.html").display());
-    println!("numbers: {}", store.path("results.json").display());
-    Ok(())
+    let (report, numbers) = (store.path("report.html"), store.path("results.json"));
+    say(&format!("{text}\nreport:  {}\nnumbers: {}\n", report.display(), numbers.display()))
 }
 
 fn evaluate(eval: &Eval) -> anyhow::Result<()> {
     use_threads(0)?;
-    let roads = roads(eval)?;
     let store = metal_lab::store::Store::open(&eval.run)?;
-    let results = reevaluate::on(&store, &roads, eval.runs)?;
+    let results = reevaluate::on(&store, roads(eval)?.as_ref(), eval.runs as usize)?;
     if eval.json {
-        println!("{}", serde_json::to_string_pretty(&results)?);
-        return Ok(());
+        return say_json(&results);
     }
-    for scenario in results.policies.values().next().into_iter().flat_map(|s| s.keys()) {
-        table::print(&results.policies, scenario);
-        println!();
-    }
-    Ok(())
+    let scenarios = results.policies.values().next().into_iter().flat_map(|s| s.keys());
+    let tables: Vec<String> = scenarios.map(|scenario| table::text(&results.policies, scenario)).collect();
+    say(&format!("roads: {}\n\n{}", results.roads, tables.join("\n")))
 }
 
-fn roads(eval: &Eval) -> anyhow::Result<Roads> {
+fn roads(eval: &Eval) -> anyhow::Result<Option<Roads>> {
     if !eval.road_seed.is_empty() {
-        return Ok(Roads::Seeds(eval.road_seed.clone()));
+        return Ok(Some(Roads::Seeds(eval.road_seed.clone())));
     }
-    Ok(match eval.roads.as_str() {
-        "training" => Roads::Training,
-        "validation" => Roads::Validation,
-        "test" => Roads::Test,
-        other => bail!("--roads {other}: training, validation or test (or --road-seed N …)"),
+    Ok(match eval.roads.as_deref() {
+        None => None,
+        Some("training") => Some(Roads::Training),
+        Some("validation") => Some(Roads::Validation),
+        Some("test") => Some(Roads::Test),
+        Some(other) => bail!("--roads {other}: training, validation or test (or --road-seed N …)"),
     })
 }
 
 fn bound(request: &Aliasing) -> anyhow::Result<()> {
     let bound = metal_lab::aliasing_bound(request.q, request.k, request.actions)?;
     if request.json {
-        println!("{}", serde_json::to_string_pretty(&bound)?);
-        return Ok(());
+        return say_json(&bound);
     }
-    println!("q = {}, k = {}, |A| = {}", request.q, request.k, request.actions);
-    println!("p0            {:.6e}   equal supports of one action, Eq. (22)", bound.collision);
-    println!("p0^|A|        {:.6e}   all actions, Eq. (26): the paper's figure", bound.all_actions);
-    println!("p0^(|A|-1)    {:.6e}   supports sum to 1, so one action is not free", bound.free_actions);
-    Ok(())
+    say(&format!(
+        "q = {}, k = {}, |A| = {}\n\
+         p0            {:.6e}   equal supports of one action, Eq. (22)\n\
+         p0^|A|        {:.6e}   all actions, Eq. (26): the paper's figure\n\
+         p0^(|A|-1)    {:.6e}   supports sum to 1, so one action is not free\n",
+        request.q, request.k, request.actions, bound.collision, bound.all_actions, bound.free_actions
+    ))
 }
 
 fn train_traffic(out: &Path) -> anyhow::Result<()> {

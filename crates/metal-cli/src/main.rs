@@ -1,6 +1,6 @@
 //! The command `metal`: parses, calls the lab, prints. No logic lives here.
 #![forbid(unsafe_code)]
-#![allow(clippy::print_stdout, clippy::print_stderr, clippy::exit)]
+#![allow(clippy::print_stderr, clippy::exit)]
 
 mod args;
 mod bar;

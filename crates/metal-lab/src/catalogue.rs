@@ -4,11 +4,19 @@ use std::fmt::Write;
 
 /// Kind, name in an experiment file, what it is.
 const ENTRIES: [(&str, &str, &str); 26] = [
-    ("environment", "highway", "Highway-v0: the miniature two-lane highway of the paper, seven priced sensors"),
+    (
+        "environment",
+        "highway",
+        "Highway-v0: the miniature two-lane highway of the paper, seven priced sensors",
+    ),
     ("environment", "maze", "Maze-v0: the n x n maze of Eq. (14), two sensors, X and Y"),
     ("environment", "puddle", "Puddle-v0: the usual proving ground of continuous reinforcement learning"),
     ("environment", "toy", "Toy-v0: seven experts and one move; the optimum is known exactly"),
-    ("learner", "absp", "Bayesian continuous Q-learning, action-based soft partition by Gaussians (the paper's family)"),
+    (
+        "learner",
+        "absp",
+        "Bayesian continuous Q-learning, action-based soft partition by Gaussians (the paper's family)",
+    ),
     ("learner", "bayes_mix", "the same partition with Normal-Gamma values: knows how unsure it is"),
     ("learner", "igmn", "incremental Gaussian network over state and value, corrected"),
     ("learner", "tile", "tile coding"),
@@ -28,7 +36,11 @@ const ENTRIES: [(&str, &str, &str); 26] = [
     ("fuser", "borda", "rank points"),
     ("fuser", "majority", "one vote per agent"),
     ("fuser", "owa", "ordered weighted average"),
-    ("experiment", "experiments/paper.toml", "every phase, figure and table of the paper (`metal reproduce`)"),
+    (
+        "experiment",
+        "experiments/paper.toml",
+        "every phase, figure and table of the paper (`metal reproduce`)",
+    ),
     ("experiment", "experiments/toy.toml", "attention control against its exact optimum"),
 ];
 

@@ -6,10 +6,11 @@ use crate::progress::Progress;
 use crate::registry::{Roads, roads_name};
 use crate::trace::{EpisodeRecord, Trace};
 use crate::train::RunError;
+use metal_rl::environment::Environment;
 use metal_rl::observe::{Observer, Step};
 use metal_rl::phase::Phase;
 use metal_rl::random::Streams;
-use metal_rl::run::{Stage, run};
+use metal_rl::run::{self, Decided, Stage, run};
 use metal_rl::set::IndexSet;
 
 /// Somebody to be tested.
@@ -24,6 +25,16 @@ pub struct Candidate<'a> {
     pub roster: IndexSet,
     /// The action of a blind driver.
     pub blind: usize,
+}
+
+impl Candidate<'_> {
+    /// Lets `act` have the candidate at the wheel in `environment`.
+    fn on_stage<T>(&self, environment: &mut dyn Environment, act: impl FnOnce(&mut Stage<'_>) -> T) -> T {
+        let mut policy = self.mind.policy(self.plan, self.acting, self.roster, self.blind);
+        let mut members = self.mind.members.clone();
+        let scaling = self.plan.file.scaling;
+        act(&mut Stage { environment, members: &mut members, policy: policy.as_mut(), scaling })
+    }
 }
 
 /// Where and how long somebody is tested.
@@ -62,20 +73,37 @@ pub fn watch(
     streams: &Streams,
     observer: &mut dyn Observer,
 ) -> Result<(), RunError> {
-    let plan = candidate.plan;
-    let mut environment = plan.environment(&course.scenario, Some(&course.roads)).build()?;
-    let mut policy = candidate.mind.policy(plan, candidate.acting, candidate.roster, candidate.blind);
-    let mut members = candidate.mind.members.clone();
-    let phase = Phase::evaluation(&course.scenario, candidate.roster, course.runs);
+    let mut environment = candidate.plan.environment(&course.scenario, Some(&course.roads)).build()?;
     let streams = streams.child("evaluation").child(&roads_name(&course.roads)).child(&course.scenario);
-    let mut stage = Stage {
-        environment: environment.as_mut(),
-        members: &mut members,
-        policy: policy.as_mut(),
-        scaling: plan.file.scaling,
-    };
-    run(&mut stage, &phase, &streams, observer)?;
+    drive(candidate, environment.as_mut(), (course.runs, &streams), observer)
+}
+
+/// As [`watch`], in a world that stands ready: `runs` episodes, all randomness from the streams beside them.
+///
+/// # Errors
+/// If the world fails.
+pub fn drive(
+    candidate: &Candidate<'_>,
+    environment: &mut dyn Environment,
+    (runs, streams): (usize, &Streams),
+    observer: &mut dyn Observer,
+) -> Result<(), RunError> {
+    let phase = Phase::evaluation("drive", candidate.roster, runs);
+    candidate.on_stage(environment, |stage| run(stage, &phase, streams, observer))?;
     Ok(())
+}
+
+/// What `candidate` looks at and how it would move where the world stands now; nothing is carried out.
+///
+/// # Errors
+/// If a sensor does not answer.
+pub fn decide(
+    candidate: &Candidate<'_>,
+    environment: &mut dyn Environment,
+    streams: &Streams,
+) -> Result<Decided, RunError> {
+    let phase = Phase::evaluation("decide", candidate.roster, 1);
+    Ok(candidate.on_stage(environment, |stage| run::decide(stage, &phase, streams))?)
 }
 
 struct Watcher<'a> {
@@ -107,7 +135,8 @@ pub fn best_blind_action(
 ) -> Result<usize, RunError> {
     let mut totals = Vec::new();
     for action in 0..plan.spec.actions.len() {
-        let candidate = Candidate { plan, mind, acting: &Acting::Blind, roster: IndexSet::EMPTY, blind: action };
+        let candidate =
+            Candidate { plan, mind, acting: &Acting::Blind, roster: IndexSet::EMPTY, blind: action };
         let runs = test(&candidate, course, streams, progress)?;
         totals.push(runs.iter().map(|r| r.motor).sum::<f64>());
     }

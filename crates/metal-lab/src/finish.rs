@@ -1,9 +1,11 @@
 //! The end of a run: everything it found, written to its folder.
 
-use crate::reproduce::{Outcome, gather};
+use crate::drives;
 use crate::report::{ReportContext, ReportError, render};
-use crate::results::Results;
+use crate::reproduce::{Outcome, gather};
+use crate::results::{Figures, Results};
 use crate::store::{RecordKey, RunCard, Store, StoreError, records_csv};
+use crate::train::RunError;
 use std::collections::BTreeMap;
 
 /// Why a run could not be written.
@@ -14,7 +16,7 @@ pub enum FinishError {
     Store(#[from] StoreError),
     /// The drives behind some figures.
     #[error(transparent)]
-    Run(#[from] crate::train::RunError),
+    Run(#[from] RunError),
     /// The report.
     #[error("report: {0}")]
     Report(#[from] ReportError),
@@ -39,7 +41,7 @@ pub fn write(outcome: &Outcome, store: &Store) -> Result<Results, FinishError> {
         quick: outcome.options.quick,
     };
     write_minds(outcome, store)?;
-    let results = gather(outcome);
+    let results = results(outcome)?;
     store.write("results.json", serde_json::to_string_pretty(&results)?.as_bytes())?;
     let tables = outcome.tables.iter().flat_map(|(roads, policies)| {
         policies.iter().flat_map(move |(policy, scenarios)| {
@@ -51,6 +53,21 @@ pub fn write(outcome: &Outcome, store: &Store) -> Result<Results, FinishError> {
     store.write("report.html", render(&results, &context)?.as_bytes())?;
     // Last, so that a folder with a card is a finished run.
     store.write_run(&outcome.plan, &card)?;
+    Ok(results)
+}
+
+/// Everything the run found, the driven figures included.
+fn results(outcome: &Outcome) -> Result<Results, RunError> {
+    let (mut results, driven) = (gather(outcome), drives::figures(outcome)?);
+    results.figures = Figures {
+        fig6: driven.fig6,
+        camera_regions: driven.camera_regions,
+        table1: driven.table1,
+        fig11: driven.fig11,
+        look_map: driven.look_map,
+        aliasing_empirical: driven.aliasing_empirical,
+        ..results.figures
+    };
     Ok(results)
 }
 

@@ -9,10 +9,11 @@ pub mod traffic;
 pub mod catalogue;
 pub mod experiments;
 
+pub mod drives;
 pub mod evaluate;
 pub mod finish;
-pub mod reevaluate;
 pub mod mind;
+pub mod reevaluate;
 pub mod reproduce;
 pub mod trace;
 pub mod train;

@@ -72,7 +72,12 @@ impl Mind {
         Ok(())
     }
 
-    fn attention_shape(&self, plan: &Plan, name: &str, roster: IndexSet) -> (Dims, metal_rl::learners::LearnerConfig) {
+    fn attention_shape(
+        &self,
+        plan: &Plan,
+        name: &str,
+        roster: IndexSet,
+    ) -> (Dims, metal_rl::learners::LearnerConfig) {
         let row = &plan.file.attention[name];
         let members: Vec<usize> = roster.iter().collect();
         let dims = learner_dims(&row.settings, &decision_dims(&self.members, &plan.spec), &members);
@@ -106,7 +111,9 @@ impl Mind {
             Acting::Solo(name) => Box::new(Solo::new(plan.member(name).expect("checked plan"), actions)),
             Acting::Fusion(fuser) => Box::new(Fusion::new(fuser.clone(), roster, actions)),
             Acting::Attention(name) => Box::new(self.attention[name].clone()),
-            Acting::RandomLooks(mean) => Box::new(RandomLooks::new(Fuser::MaxConfidence, roster, *mean, actions)),
+            Acting::RandomLooks(mean) => {
+                Box::new(RandomLooks::new(Fuser::MaxConfidence, roster, *mean, actions))
+            }
             Acting::Blind => Box::new(Blind { action: blind }),
         }
     }
@@ -140,7 +147,11 @@ impl Mind {
             let Some(bytes) = frozen.members.get(&member.name) else {
                 return Err(damaged(format!("member `{}` is missing", member.name)));
             };
-            member.learner = row.learner.thaw(bytes)?;
+            let learner = row.learner.thaw(bytes)?;
+            if learner.dims() != member.learner.dims() {
+                return Err(damaged(format!("member `{}` has another shape than the plan", member.name)));
+            }
+            member.learner = learner;
         }
         for (name, (roster, bytes)) in &frozen.attention {
             if !plan.file.attention.contains_key(name) {
@@ -156,5 +167,4 @@ impl Mind {
         }
         Ok(mind)
     }
-
 }

@@ -20,17 +20,22 @@ pub enum ReevaluateError {
     /// The world.
     #[error(transparent)]
     Run(#[from] crate::train::RunError),
+    /// Roads were asked for where there are none.
+    #[error("{0} has no roads to choose")]
+    NoRoads(String),
     /// The learners.
     #[error(transparent)]
     Learner(#[from] metal_rl::learner::LearnerError),
 }
 
-/// Tests every policy of the run in `store` on `roads`, `runs` per scenario and seed.
+/// Tests every policy of the run in `store` on `roads`, `runs` per scenario and seed. Without a choice of roads: on the
+/// test roads, or where the world has none, in the world as it is.
 ///
 /// # Errors
-/// If the run folder is damaged or a world fails.
-pub fn on(store: &Store, roads: &Roads, runs: usize) -> Result<Results, ReevaluateError> {
+/// If the run folder is damaged, a world fails, or a world without roads is asked for some.
+pub fn on(store: &Store, roads: Option<&Roads>, runs: usize) -> Result<Results, ReevaluateError> {
     let (plan, card) = store.read_run()?;
+    let roads = &choose(&plan, roads)?;
     let mut results = Results {
         schema: SCHEMA,
         quick: card.quick,
@@ -43,6 +48,15 @@ pub fn on(store: &Store, roads: &Roads, runs: usize) -> Result<Results, Reevalua
         results.policies.insert(name.clone(), scenarios(&plan, &card, (name, &minds), (roads, runs))?);
     }
     Ok(results)
+}
+
+fn choose(plan: &Plan, asked: Option<&Roads>) -> Result<Roads, ReevaluateError> {
+    let kinds = plan.file.environment.road_sets();
+    match asked {
+        Some(_) if kinds.len() < 2 => Err(ReevaluateError::NoRoads(plan.spec.id.clone())),
+        Some(roads) => Ok(roads.clone()),
+        None => Ok(kinds.into_iter().next_back().unwrap_or_default()),
+    }
 }
 
 /// The minds of a policy, one per seed.
@@ -71,7 +85,8 @@ fn scenarios(
             .par_iter()
             .map(|&seed| {
                 let roster = plan.roster(&row.roster);
-                let candidate = Candidate { plan, mind: &minds[seed], acting: &row.acting, roster, blind: card.blind };
+                let candidate =
+                    Candidate { plan, mind: &minds[seed], acting: &row.acting, roster, blind: card.blind };
                 test(&candidate, &course, &Streams::new(card.seed).child("report").nth(seed as u64), &Silent)
             })
             .collect::<Result<Vec<_>, _>>()?;

@@ -2,7 +2,7 @@
 
 use crate::traffic;
 use metal_rl::environment::Environment;
-use metal_worlds::highway::{Ground, Highway, HighwayConfig, RoadSet, Scenario, Steering};
+use metal_worlds::highway::{Ground, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Steering};
 use metal_worlds::maze::{Maze, MazeConfig};
 use metal_worlds::puddle::{Puddle, PuddleConfig};
 use metal_worlds::toy::Toy;
@@ -34,9 +34,17 @@ pub enum EnvironmentConfig {
 pub struct NoSettings {}
 
 /// Why a world could not be built.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct WorldError(pub String);
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{field}: {message}")]
+pub struct WorldError {
+    /// Dotted path of the field below `environment`, e.g. `highway.horizon`.
+    pub field: String,
+    /// What was found and what is allowed.
+    pub message: String,
+}
+
+/// Longest episode, in motor steps.
+const LONGEST: usize = 100_000;
 
 /// The scenario of worlds that have only one.
 const ONLY: &str = "mix";
@@ -47,21 +55,40 @@ impl EnvironmentConfig {
     /// # Errors
     /// If its settings are impossible.
     pub fn build(&self) -> Result<Box<dyn Environment>, WorldError> {
-        let refuse = |e: &dyn std::fmt::Display| WorldError(e.to_string());
+        self.check()?;
         Ok(match self {
             Self::Highway(config) => Box::new(highway(config, traffic::steering())),
             Self::HighwayScripted(config) => Box::new(highway(config, Steering::Scripted)),
-            Self::Maze(config) => Box::new(Maze::new(config.clone()).map_err(|e| refuse(&e))?),
+            Self::Maze(config) => Box::new(Maze::new(config.clone()).map_err(|e| refuse("maze", e))?),
             Self::Puddle(config) => Box::new(Puddle::new(config)),
             Self::Toy(_) => Box::new(Toy::new()),
         })
+    }
+
+    /// Refuses settings that no world can be built from.
+    fn check(&self) -> Result<(), WorldError> {
+        match self {
+            Self::Highway(config) => check_highway("highway", config),
+            Self::HighwayScripted(config) => check_highway("highway_scripted", config),
+            Self::Maze(config) if config.side > 1000 => {
+                Err(refuse("maze.side", format!("{}: at most 1000", config.side)))
+            }
+            Self::Puddle(config) => {
+                check_horizon("puddle", config.horizon)?;
+                check_prices("puddle.position_price", &[config.position_price])?;
+                check_prices("puddle.coordinate_price", &[config.coordinate_price])
+            }
+            Self::Maze(_) | Self::Toy(_) => Ok(()),
+        }
     }
 
     /// Names of its scenarios, the one of learning first.
     #[must_use]
     pub fn scenarios(&self) -> Vec<String> {
         match self {
-            Self::Highway(_) | Self::HighwayScripted(_) => Scenario::ALL.iter().map(|s| s.name().to_owned()).collect(),
+            Self::Highway(_) | Self::HighwayScripted(_) => {
+                Scenario::ALL.iter().map(|s| s.name().to_owned()).collect()
+            }
             _ => vec![ONLY.to_owned()],
         }
     }
@@ -91,13 +118,83 @@ impl EnvironmentConfig {
         }
     }
 
+    /// The settings of the highway and who drives its red cars, if this world is a highway.
+    #[must_use]
+    pub fn as_highway(&self) -> Option<(&HighwayConfig, Steering)> {
+        match self {
+            Self::Highway(config) => Some((config, traffic::steering())),
+            Self::HighwayScripted(config) => Some((config, Steering::Scripted)),
+            _ => None,
+        }
+    }
+
     /// The kinds of roads a full test drives on.
     #[must_use]
     pub fn road_sets(&self) -> Vec<RoadSet> {
         match self {
-            Self::Highway(_) | Self::HighwayScripted(_) => vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test],
+            Self::Highway(_) | Self::HighwayScripted(_) => {
+                vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test]
+            }
             _ => vec![RoadSet::Training],
         }
+    }
+}
+
+fn refuse(field: impl Into<String>, message: impl ToString) -> WorldError {
+    WorldError { field: field.into(), message: message.to_string() }
+}
+
+fn check_horizon(world: &str, horizon: usize) -> Result<(), WorldError> {
+    if (1..=LONGEST).contains(&horizon) {
+        return Ok(());
+    }
+    Err(refuse(format!("{world}.horizon"), format!("{horizon}: between 1 and {LONGEST} motor steps")))
+}
+
+fn check_prices(field: &str, prices: &[f64]) -> Result<(), WorldError> {
+    match prices.iter().find(|p| !(p.is_finite() && **p >= 0.0)) {
+        Some(price) => Err(refuse(field, format!("{price}: finite and at least 0"))),
+        None => Ok(()),
+    }
+}
+
+fn check_highway(world: &str, config: &HighwayConfig) -> Result<(), WorldError> {
+    check_horizon(world, config.horizon)?;
+    if config.roads == RoadSet::Seeds(Vec::new()) {
+        return Err(refuse(format!("{world}.roads.seeds"), "empty: at least one road"));
+    }
+    let [.., smooth] = config.task.weights;
+    let heavier = |w: &[f64]| w[0] >= w[1] && w[1] > 0.0 && w[0].is_finite();
+    if !(config.task.weights[..3].windows(2).all(heavier) && smooth >= 0.0 && smooth.is_finite()) {
+        let message = format!(
+            "{:?}: finite, above 0, and the graver the larger (smoothness may be 0)",
+            config.task.weights
+        );
+        return Err(refuse(format!("{world}.task.weights"), message));
+    }
+    check_prices(&format!("{world}.task.prices"), &config.task.prices)?;
+    match &config.pixels {
+        Pixels::Classes => Ok(()),
+        Pixels::Rgb(rgb) => check_rgb(&format!("{world}.pixels.rgb"), rgb),
+    }
+}
+
+fn check_rgb(field: &str, rgb: &RgbConfig) -> Result<(), WorldError> {
+    let t = &rgb.thresholds;
+    let rows = [
+        ("light", rgb.light, 100.0),
+        ("noise", rgb.noise, 1.0),
+        ("blur", rgb.blur, 0.75),
+        ("thresholds.dark_below", t.dark_below, 1.0),
+        ("thresholds.grey_below", t.grey_below, 1.0),
+        ("thresholds.white_from", t.white_from, 1.0),
+        ("thresholds.red_within_deg", t.red_within_deg, 180.0),
+    ];
+    match rows.iter().find(|(_, value, most)| !(0.0..=*most).contains(value)) {
+        Some((name, value, most)) => {
+            Err(refuse(format!("{field}.{name}"), format!("{value}: in [0, {most}]")))
+        }
+        None => Ok(()),
     }
 }
 

@@ -6,11 +6,11 @@
 mod figure_data;
 pub mod lookup;
 
-pub use metal_rl::measure::statistics::Estimate;
 pub use figure_data::{
     AliasingRow, CAMERA_COLUMNS, CAMERA_ROWS, CameraRegion, CurvePoint, Figures, FrontPoint, LooksBlock,
     LooksMap, MapPoint, PixelImage, Pose, RoadOutline, RoadView, SceneRow, SeedPoint, Stage, TestDrive,
 };
+pub use metal_rl::measure::statistics::Estimate;
 
 use std::collections::BTreeMap;
 

@@ -4,12 +4,19 @@ use crate::mind::{FrozenMind, Mind};
 use crate::plan::{self, Plan};
 use crate::trace::EpisodeRecord;
 use metal_rl::learner::LearnerError;
+use metal_rl::learners::frozen;
 use serde::{Deserialize, Serialize};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// First bytes of a mind file.
 const MAGIC: &[u8; 8] = b"METALMND";
+
+/// What is sealed in a mind file.
+const MIND: &str = "mind";
+
+/// Most trainings a run can have: as many as `metal run --seeds` takes.
+pub const MOST_SEEDS: usize = 10_000;
 
 /// What went wrong with a run folder: which file, and why.
 #[derive(Debug, thiserror::Error)]
@@ -59,6 +66,20 @@ pub struct RunCard {
     pub quick: bool,
 }
 
+impl RunCard {
+    /// Whether the card can belong to `plan`.
+    fn check(&self, plan: &Plan) -> Result<(), String> {
+        if !(1..=MOST_SEEDS).contains(&self.seeds) {
+            return Err(format!("seeds = {}: between 1 and {MOST_SEEDS}", self.seeds));
+        }
+        let actions = plan.spec.actions.len();
+        if self.blind >= actions {
+            return Err(format!("blind = {}: {} has {actions} motor actions", self.blind, plan.spec.id));
+        }
+        Ok(())
+    }
+}
+
 /// A run folder.
 #[derive(Clone, Debug)]
 pub struct Store {
@@ -83,7 +104,9 @@ impl Store {
         let store = Self { root: root.to_path_buf() };
         let card = store.path("run.json");
         if !card.is_file() {
-            let reason = "not a run folder: `metal reproduce` and `metal run` write one (run.json is missing)".to_owned();
+            let reason =
+                "not a run folder: `metal reproduce` and `metal run` write one (run.json is missing)"
+                    .to_owned();
             return Err(StoreError::Damaged { path: root.to_path_buf(), reason });
         }
         Ok(store)
@@ -136,8 +159,11 @@ impl Store {
         let plan = plan::load(&self.path("plan.toml"), &[])?;
         let path = self.path("run.json");
         let text = std::fs::read_to_string(&path).map_err(|e| at(&path, e))?;
-        let card = serde_json::from_str(&text).map_err(|e| StoreError::Damaged { path, reason: e.to_string() })?;
-        Ok((plan, card))
+        let card = serde_json::from_str(&text).map_err(|e| e.to_string());
+        match card.and_then(|card: RunCard| card.check(&plan).map(|()| card)) {
+            Ok(card) => Ok((plan, card)),
+            Err(reason) => Err(StoreError::Damaged { path, reason }),
+        }
     }
 
     fn mind_name(seed: usize, phase: &str) -> String {
@@ -150,9 +176,8 @@ impl Store {
     /// If the file system refuses.
     pub fn write_mind(&self, seed: usize, phase: &str, mind: &FrozenMind) -> Result<(), StoreError> {
         let name = Self::mind_name(seed, phase);
-        let damaged = |e: postcard::Error| StoreError::Damaged { path: self.path(&name), reason: e.to_string() };
         let mut bytes = MAGIC.to_vec();
-        bytes.extend(postcard::to_stdvec(mind).map_err(damaged)?);
+        bytes.extend(frozen::seal(MIND, mind));
         self.write(&name, &bytes)
     }
 
@@ -163,12 +188,11 @@ impl Store {
     pub fn read_mind(&self, plan: &Plan, seed: usize, phase: &str) -> Result<Mind, StoreError> {
         let path = self.path(&Self::mind_name(seed, phase));
         let bytes = std::fs::read(&path).map_err(|e| at(&path, e))?;
-        let damaged = |reason: String| StoreError::Damaged { path: path.clone(), reason };
         let Some(body) = bytes.strip_prefix(MAGIC.as_slice()) else {
-            return Err(damaged("not a mind file".into()));
+            return Err(StoreError::Damaged { path, reason: "not a mind file".into() });
         };
-        let frozen: FrozenMind = postcard::from_bytes(body).map_err(|e| damaged(e.to_string()))?;
-        Mind::thaw(plan, &frozen).map_err(|source| StoreError::Learner { path: path.clone(), source })
+        let thawed = frozen::open::<FrozenMind>(MIND, body).and_then(|frozen| Mind::thaw(plan, &frozen));
+        thawed.map_err(|source| StoreError::Learner { path, source })
     }
 }
 

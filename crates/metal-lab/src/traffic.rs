@@ -2,10 +2,10 @@
 //! world they belong to.
 
 use crate::experiments;
+use crate::mind::Mind;
 use crate::plan::{self, Plan};
 use crate::progress::Progress;
 use crate::train::{RunError, train_phase};
-use crate::mind::Mind;
 use metal_rl::learner::Learner;
 use metal_rl::num;
 use metal_rl::random::Streams;
@@ -43,7 +43,8 @@ pub fn steering() -> Steering {
     static DRIVER: OnceLock<Arc<Observer>> = OnceLock::new();
     let driver = DRIVER.get_or_init(|| {
         let plan = plan().expect("the traffic's plan is part of the program");
-        let learner = plan.members[0].learner.thaw(FROZEN).expect("the traffic's mind is part of the program");
+        let learner =
+            plan.members[0].learner.thaw(FROZEN).expect("the traffic's mind is part of the program");
         Arc::new(Observer { learner, scaling: plan.file.scaling })
     });
     Steering::Mind(driver.clone())

@@ -45,7 +45,11 @@ pub enum RunError {
 ///
 /// # Errors
 /// The first failure of any branch.
-pub fn train_seed(plan: &Plan, streams: &Streams, progress: &dyn Progress) -> Result<BTreeMap<String, Trained>, RunError> {
+pub fn train_seed(
+    plan: &Plan,
+    streams: &Streams,
+    progress: &dyn Progress,
+) -> Result<BTreeMap<String, Trained>, RunError> {
     let done = Mutex::new(BTreeMap::new());
     let newborn = Mind::newborn(plan, streams)?;
     let roots = children(plan, None);
@@ -71,7 +75,11 @@ fn branch(grove: &Grove<'_>, names: &[&str], parent: &Mind) -> Result<(), RunErr
     names.par_iter().try_for_each(|name| {
         let trained = train_phase(grove.plan, name, parent.clone(), grove.streams, grove.progress)?;
         let mind = trained.mind.clone();
-        grove.done.lock().unwrap_or_else(std::sync::PoisonError::into_inner).insert((*name).to_owned(), trained);
+        grove
+            .done
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+            .insert((*name).to_owned(), trained);
         branch(grove, &children(grove.plan, Some(name)), &mind)
     })
 }
@@ -97,13 +105,23 @@ pub fn train_phase(
         // Taken out for the phase, so that what it learns stays with this mind.
         let mut attention = mind.attention.remove(controller).expect("born a line above");
         let scaling = plan.file.scaling;
-        let mut stage = Stage { environment: environment.as_mut(), members: &mut mind.members, policy: &mut attention, scaling };
+        let mut stage = Stage {
+            environment: environment.as_mut(),
+            members: &mut mind.members,
+            policy: &mut attention,
+            scaling,
+        };
         run(&mut stage, &phase, &streams, &mut observer)?;
         mind.attention.insert(controller.clone(), attention);
     } else {
         let mut policy: Box<dyn Policy> = mind.policy(plan, &row.acting, phase.roster, 0);
         let scaling = plan.file.scaling;
-        let mut stage = Stage { environment: environment.as_mut(), members: &mut mind.members, policy: policy.as_mut(), scaling };
+        let mut stage = Stage {
+            environment: environment.as_mut(),
+            members: &mut mind.members,
+            policy: policy.as_mut(),
+            scaling,
+        };
         run(&mut stage, &phase, &streams, &mut observer)?;
     }
     if progress.interrupted() {

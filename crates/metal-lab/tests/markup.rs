@@ -71,8 +71,8 @@ fn every_number_of_the_results_appears() {
     for policies in [&results.policies].into_iter().chain(results.other_roads.values()) {
         for (measure, estimate) in policies.values().flat_map(|s| s.values()).flatten() {
             let text = match measure.as_str() {
-                m if m.ends_with("_rate") => number::percent(estimate.mean),
-                "path_smoothness" | "speed_smoothness" | "speed" => number::fixed(estimate.mean, 3),
+                m if m.ends_with("_rate") || m == "speed_smoothness" => number::percent(estimate.mean),
+                "lane_offset" | "path_smoothness" | "speed" => number::fixed(estimate.mean, 3),
                 _ => number::fixed(estimate.mean, 2),
             };
             assert!(html.contains(&format!(">{text}<")), "{measure} {text}");

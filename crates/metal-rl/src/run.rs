@@ -53,6 +53,30 @@ pub fn run(
     }
 }
 
+/// A decision that was not carried out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decided {
+    /// Members consulted, in order.
+    pub order: Vec<usize>,
+    /// The motor action.
+    pub action: usize,
+    /// Price of the looks (≥ 0).
+    pub look_price: f64,
+}
+
+/// One decision where the world stands now, made as [`run`] makes it at the end of `phase`: looks, one at a time,
+/// until the policy moves. Nothing is carried out and nobody learns, so the world stays as it is. Table 1.
+///
+/// # Errors
+/// If a sensor does not answer.
+pub fn decide(stage: &mut Stage<'_>, phase: &Phase, streams: &Streams) -> Result<Decided, EnvironmentError> {
+    let mut desk = Desk::new(stage);
+    desk.rng = streams.stream("policy");
+    stage.policy.begin(false);
+    let (action, look_price) = desk.decide(stage, phase, 1.0)?;
+    Ok(Decided { order: desk.state.order().to_vec(), action, look_price })
+}
+
 fn progress(budget: Budget, episodes: usize, steps: usize) -> f64 {
     let share = |done: usize, all: usize| if all == 0 { 1.0 } else { done as f64 / all as f64 };
     match budget {

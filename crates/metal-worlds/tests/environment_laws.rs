@@ -2,9 +2,12 @@
 
 use metal_rl::environment::{End, Environment};
 use metal_rl::random::Rng;
+use metal_worlds::highway::{Ground, Highway, HighwayConfig, RoadSet, Steering};
 use metal_worlds::maze::{Maze, MazeConfig};
+use metal_worlds::puddle::{Puddle, PuddleConfig};
 use metal_worlds::toy::Toy;
 use std::collections::BTreeSet;
+use std::sync::{Arc, OnceLock};
 
 type World = Box<dyn Environment>;
 
@@ -13,7 +16,16 @@ fn environments() -> Vec<World> {
     vec![
         Box::new(Toy::new()),
         Box::new(Maze::new(MazeConfig::default()).expect("the default maze is possible")),
+        Box::new(Puddle::new(&PuddleConfig::default())),
+        highway(),
     ]
+}
+
+/// The highway among scripted cars; its roads take a while to paint and are shared.
+fn highway() -> World {
+    static ROADS: OnceLock<Arc<[Ground]>> = OnceLock::new();
+    let roads = ROADS.get_or_init(|| RoadSet::Training.build()).clone();
+    Box::new(Highway::on_roads(HighwayConfig::default(), roads, Steering::Scripted))
 }
 
 /// Episodes played per law; each is cut after this many motor steps.

@@ -1,16 +1,18 @@
 //! From what was typed to what it means: every name resolved, every number possible.
 
 use super::error::PlanError;
-use super::file::{Acting, AttentionFile, PhaseFile, PlanFile, PolicyFile, SubsetsFile};
-use crate::registry::EnvironmentConfig;
+use super::file::{Acting, PhaseFile, PlanFile};
+use super::limits::{self, unknown};
+use crate::registry::{EnvironmentConfig, WorldError};
 use metal_rl::environment::EnvironmentSpec;
-use metal_rl::explore::Schedule;
-use metal_rl::learner::Rate;
+use metal_rl::fuse::Fuser;
 use metal_rl::learners::LearnerConfig;
 use metal_rl::phase::{Budget, Lessons, Phase};
-use metal_rl::returns::Credit;
 use metal_rl::set::IndexSet;
 use std::collections::BTreeMap;
+
+/// The policy name under which results repeat the best fixed subset.
+const BEST_FIXED: &str = "best_fixed";
 
 /// A member as planned.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +28,7 @@ pub struct MemberPlan {
 /// A checked experiment: only this can be run.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// As typed.
+    /// As typed; only a pool's weights and its roster are put into the order of the members.
     pub file: PlanFile,
     /// The world's contract.
     pub spec: EnvironmentSpec,
@@ -42,28 +44,50 @@ impl Plan {
     /// # Errors
     /// The first thing that is impossible, by field, with what is allowed.
     pub fn check(file: PlanFile) -> Result<Self, PlanError> {
-        let environment = file.environment.build().map_err(|e| PlanError::at("environment", e.to_string()))?;
-        let spec = environment.spec().clone();
+        check_names(&file)?;
+        let refuse = |e: WorldError| PlanError::at(format!("environment.{}", e.field), e.message);
+        let spec = file.environment.build().map_err(refuse)?.spec().clone();
         for (name, learner) in &file.learner {
             learner.validate().map_err(|e| PlanError::at(format!("learner.{name}"), e.to_string()))?;
         }
         let members = members(&file, &spec)?;
         let order = phase_order(&file.phase)?;
-        let plan = Self { file, spec, members, order };
-        for (name, attention) in &plan.file.attention {
-            plan.check_attention(&format!("attention.{name}"), attention)?;
-        }
-        for (name, phase) in &plan.file.phase {
-            plan.check_phase(&format!("phase.{name}"), phase)?;
-        }
-        for (name, policy) in &plan.file.policy {
-            plan.check_policy(&format!("policy.{name}"), policy)?;
-        }
-        plan.check_evaluation()?;
-        if let Some(subsets) = &plan.file.subsets {
-            plan.check_subsets(subsets)?;
-        }
+        let mut plan = Self { file, spec, members, order };
+        plan.check_everybody()?;
+        plan.put_weights_in_order();
         Ok(plan)
+    }
+
+    fn check_everybody(&self) -> Result<(), PlanError> {
+        self.check_members()?;
+        for (name, row) in &self.file.attention {
+            let field = format!("attention.{name}");
+            self.learner_exists(&field, &row.learner)?;
+            limits::attention(&format!("{field}.settings"), &row.settings)?;
+        }
+        for (name, phase) in &self.file.phase {
+            self.check_phase(&format!("phase.{name}"), phase)?;
+        }
+        for (name, policy) in &self.file.policy {
+            self.check_policy(&format!("policy.{name}"), policy)?;
+        }
+        self.check_evaluation()?;
+        self.file.subsets.as_ref().map_or(Ok(()), |subsets| self.check_subsets(subsets))
+    }
+
+    /// Weights of a pool are typed in the order of the roster; a mind knows only the order of its members.
+    fn put_weights_in_order(&mut self) {
+        let place: BTreeMap<String, usize> =
+            self.members.iter().enumerate().map(|(i, m)| (m.name.clone(), i)).collect();
+        let phases = self.file.phase.values_mut().map(|row| (&mut row.roster, &mut row.acting));
+        let policies = self.file.policy.values_mut().map(|row| (&mut row.roster, &mut row.acting));
+        for (roster, acting) in phases.chain(policies) {
+            if let Acting::Fusion(Fuser::WeightedLogOpinionPool { weights }) = acting {
+                let mut rows: Vec<(String, f64)> = roster.drain(..).zip(weights.drain(..)).collect();
+                rows.sort_by_key(|(name, _)| place[name]);
+                (*roster, *weights) = rows.into_iter().unzip();
+            }
+        }
     }
 
     /// Index of the member called `name`.
@@ -114,142 +138,21 @@ impl Plan {
         let chosen = &self.file.evaluation.scenarios;
         if chosen.is_empty() { self.file.environment.scenarios() } else { chosen.clone() }
     }
-
-    fn check_roster(&self, field: &str, roster: &[String]) -> Result<(), PlanError> {
-        for name in roster {
-            if self.member(name).is_none() {
-                let names = self.members.iter().map(|m| m.name.as_str());
-                return Err(unknown(format!("{field}.roster"), "member", name, names));
-            }
-        }
-        Ok(())
-    }
-
-    fn check_acting(&self, field: &str, acting: &Acting, roster: &[String]) -> Result<(), PlanError> {
-        let field = format!("{field}.acting");
-        match acting {
-            Acting::Solo(name) if !roster.contains(name) => {
-                Err(unknown(field, "member", name, roster.iter().map(String::as_str)))
-            }
-            Acting::Fusion(_) | Acting::RandomLooks(_) if roster.is_empty() => {
-                Err(PlanError::at(field, "needs somebody on the roster"))
-            }
-            Acting::RandomLooks(mean) if !(*mean >= 1.0) => {
-                Err(PlanError::at(field, format!("random_looks = {mean}: at least 1 look on average")))
-            }
-            Acting::Attention(name) if !self.file.attention.contains_key(name) => {
-                Err(unknown(field, "attention controller", name, self.file.attention.keys().map(String::as_str)))
-            }
-            Acting::Advisor if !self.has_advisor() => {
-                Err(PlanError::at(field, format!("{} has no expert advisor", self.spec.id)))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn has_advisor(&self) -> bool {
-        let Ok(mut environment) = self.file.environment.build() else { return false };
-        environment.reset(0).is_ok() && environment.advise().is_some()
-    }
-
-    fn check_attention(&self, field: &str, attention: &AttentionFile) -> Result<(), PlanError> {
-        self.learner_exists(field, &attention.learner)?;
-        let s = &attention.settings;
-        check_credit(&format!("{field}.settings.credit"), s.credit)?;
-        check_rate(&format!("{field}.settings.rate"), s.rate)?;
-        if !(0.0..=1.0).contains(&s.price_ramp) {
-            return Err(PlanError::at(format!("{field}.settings.price_ramp"), format!("{}: a share in [0, 1]", s.price_ramp)));
-        }
-        if s.min_looks > s.max_looks {
-            let message = format!("{} looks at least, but {} at most", s.min_looks, s.max_looks);
-            return Err(PlanError::at(format!("{field}.settings.min_looks"), message));
-        }
-        Ok(())
-    }
-
-    fn learner_exists(&self, field: &str, name: &str) -> Result<(), PlanError> {
-        if self.file.learner.contains_key(name) {
-            return Ok(());
-        }
-        Err(unknown(format!("{field}.learner"), "learner", name, self.file.learner.keys().map(String::as_str)))
-    }
-
-    fn check_phase(&self, field: &str, row: &PhaseFile) -> Result<(), PlanError> {
-        self.check_roster(field, &row.roster)?;
-        self.check_acting(field, &row.acting, &row.roster)?;
-        check_rate(&format!("{field}.rate"), row.rate)?;
-        check_credit(&format!("{field}.credit"), row.credit)?;
-        check_schedule(&format!("{field}.exploration"), row.exploration)?;
-        let (Budget::Episodes(n) | Budget::Steps(n)) = row.budget;
-        if n == 0 {
-            return Err(PlanError::at(format!("{field}.budget"), "0: at least one episode or step"));
-        }
-        match &row.bootstrap {
-            Some(name) if !row.roster.contains(name) => {
-                Err(unknown(format!("{field}.bootstrap"), "member", name, row.roster.iter().map(String::as_str)))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn check_policy(&self, field: &str, row: &PolicyFile) -> Result<(), PlanError> {
-        if let Some(after) = &row.after {
-            if !self.file.phase.contains_key(after) {
-                return Err(unknown(format!("{field}.after"), "phase", after, self.file.phase.keys().map(String::as_str)));
-            }
-        }
-        self.check_roster(field, &row.roster)?;
-        self.check_acting(field, &row.acting, &row.roster)?;
-        match &row.acting {
-            Acting::Attention(name) if !self.is_trained_by(row.after.as_deref(), name) => {
-                let message = format!("attention `{name}` is not trained in `{}` or before it", row.after.as_deref().unwrap_or(""));
-                Err(PlanError::at(format!("{field}.after"), message))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// Whether attention controller `name` acts in `phase` or in one it starts from.
-    fn is_trained_by(&self, phase: Option<&str>, name: &str) -> bool {
-        let Some(row) = phase.and_then(|p| self.file.phase.get(p)) else { return false };
-        row.acting == Acting::Attention(name.to_owned()) || self.is_trained_by(row.after.as_deref(), name)
-    }
-
-    fn check_evaluation(&self) -> Result<(), PlanError> {
-        let known = self.file.environment.scenarios();
-        for scenario in &self.file.evaluation.scenarios {
-            if !known.contains(scenario) {
-                return Err(unknown("evaluation.scenarios".into(), "scenario", scenario, known.iter().map(String::as_str)));
-            }
-        }
-        if self.file.evaluation.runs == 0 {
-            return Err(PlanError::at("evaluation.runs", "0: at least one run"));
-        }
-        Ok(())
-    }
-
-    fn check_subsets(&self, subsets: &SubsetsFile) -> Result<(), PlanError> {
-        self.learner_exists("subsets", &subsets.learner)?;
-        let phases = || self.file.phase.keys().map(String::as_str);
-        for name in subsets.budget_of.iter().chain([&subsets.like]) {
-            if !self.file.phase.contains_key(name) {
-                return Err(unknown("subsets".into(), "phase", name, phases()));
-            }
-        }
-        if !(subsets.screening_share > 0.0 && subsets.screening_share <= 1.0) {
-            let message = format!("{}: a share in (0, 1]", subsets.screening_share);
-            return Err(PlanError::at("subsets.screening_share", message));
-        }
-        if subsets.screening_seeds == 0 || subsets.screening_runs == 0 {
-            return Err(PlanError::at("subsets.screening_seeds", "screening needs at least one seed and one run"));
-        }
-        Ok(())
-    }
 }
 
-fn unknown<'a>(field: String, kind: &str, found: &str, known: impl Iterator<Item = &'a str>) -> PlanError {
-    let known: Vec<&str> = known.collect();
-    PlanError::at(field, format!("unknown {kind} `{found}`; known: {}", known.join(", ")))
+/// Every name of the file.
+fn check_names(file: &PlanFile) -> Result<(), PlanError> {
+    let names = |table: &str, names: Vec<&String>| names.iter().try_for_each(|n| limits::name(table, n));
+    names("learner", file.learner.keys().collect())?;
+    names("member", file.member.keys().collect())?;
+    names("attention", file.attention.keys().collect())?;
+    names("phase", file.phase.keys().collect())?;
+    names("policy", file.policy.keys().collect())?;
+    if file.policy.contains_key(BEST_FIXED) {
+        let message = "this name is kept for the fixed subset that did best";
+        return Err(PlanError::at(format!("policy.{BEST_FIXED}"), message));
+    }
+    Ok(())
 }
 
 fn members(file: &PlanFile, spec: &EnvironmentSpec) -> Result<Vec<MemberPlan>, PlanError> {
@@ -267,7 +170,10 @@ fn members(file: &PlanFile, spec: &EnvironmentSpec) -> Result<Vec<MemberPlan>, P
             sensors.push(index);
         }
         if sensors.is_empty() {
-            return Err(PlanError::at(format!("member.{name}.sensors"), "empty: a member sees at least one sensor"));
+            return Err(PlanError::at(
+                format!("member.{name}.sensors"),
+                "empty: a member sees at least one sensor",
+            ));
         }
         let Some(learner) = file.learner.get(&row.learner) else {
             let known = file.learner.keys().map(String::as_str);
@@ -275,7 +181,8 @@ fn members(file: &PlanFile, spec: &EnvironmentSpec) -> Result<Vec<MemberPlan>, P
         };
         members.push(MemberPlan { name: name.clone(), sensors, learner: learner.clone() });
     }
-    members.sort_by(|a, b| (a.sensors.len(), &a.sensors, &a.name).cmp(&(b.sensors.len(), &b.sensors, &b.name)));
+    members
+        .sort_by(|a, b| (a.sensors.len(), &a.sensors, &a.name).cmp(&(b.sensors.len(), &b.sensors, &b.name)));
     if members.is_empty() || members.len() > IndexSet::CAPACITY {
         let message = format!("{} members: between 1 and {}", members.len(), IndexSet::CAPACITY);
         return Err(PlanError::at("member", message));
@@ -285,60 +192,35 @@ fn members(file: &PlanFile, spec: &EnvironmentSpec) -> Result<Vec<MemberPlan>, P
 
 /// Phases so that each comes after the one it starts from.
 fn phase_order(phases: &BTreeMap<String, PhaseFile>) -> Result<Vec<String>, PlanError> {
+    let known = || phases.keys().map(String::as_str);
+    for (name, row) in phases {
+        if let Some(after) = row.after.as_ref().filter(|a| !phases.contains_key(*a)) {
+            return Err(unknown(format!("phase.{name}.after"), "phase", after, known()));
+        }
+        if starts_from_itself(phases, name) {
+            let message =
+                format!("`{}` starts, in the end, from `{name}` itself", row.after.as_deref().unwrap_or(""));
+            return Err(PlanError::at(format!("phase.{name}.after"), message));
+        }
+    }
     let mut order: Vec<String> = Vec::new();
     while order.len() < phases.len() {
-        let before = order.len();
         for (name, row) in phases {
             let ready = row.after.as_ref().is_none_or(|a| order.contains(a));
             if ready && !order.contains(name) {
                 order.push(name.clone());
             }
         }
-        if order.len() == before {
-            let (name, row) = phases.iter().find(|(n, _)| !order.contains(n)).expect("some phase is left");
-            let after = row.after.clone().unwrap_or_default();
-            let field = format!("phase.{name}.after");
-            if phases.contains_key(&after) {
-                return Err(PlanError::at(field, format!("`{after}` starts, in the end, from `{name}` itself")));
-            }
-            return Err(unknown(field, "phase", &after, phases.keys().map(String::as_str)));
-        }
     }
     Ok(order)
 }
 
-fn check_rate(field: &str, rate: Rate) -> Result<(), PlanError> {
-    match rate {
-        Rate::Constant(r) | Rate::Average(r) if !(r > 0.0 && r <= 1.0) => {
-            Err(PlanError::at(field, format!("{r}: a step size in (0, 1]")))
-        }
-        _ => Ok(()),
-    }
-}
-
-fn check_credit(field: &str, credit: Credit) -> Result<(), PlanError> {
-    if !(0.0..1.0).contains(&credit.gamma) {
-        return Err(PlanError::at(format!("{field}.gamma"), format!("{}: a discount in [0, 1)", credit.gamma)));
-    }
-    if !(0.0..=1.0).contains(&credit.lambda) {
-        return Err(PlanError::at(format!("{field}.lambda"), format!("{}: a share in [0, 1]", credit.lambda)));
-    }
-    Ok(())
-}
-
-fn check_schedule(field: &str, schedule: Schedule) -> Result<(), PlanError> {
-    let (from, to, until, most) = match schedule {
-        Schedule::Greedy => return Ok(()),
-        Schedule::SoftMax { from, to, until } => (from, to, until, f64::INFINITY),
-        Schedule::Random { from, to, until } => (from, to, until, 1.0),
-    };
-    if !(from > 0.0 && from <= most && to > 0.0 && to <= most) {
-        return Err(PlanError::at(field, format!("from {from} to {to}: both above 0 and at most {most}")));
-    }
-    if !(until > 0.0 && until <= 1.0) {
-        return Err(PlanError::at(field, format!("until {until}: a share of the phase in (0, 1]")));
-    }
-    Ok(())
+/// Whether following `after` from `name` leads back to it.
+fn starts_from_itself(phases: &BTreeMap<String, PhaseFile>, name: &str) -> bool {
+    let parent = |n: &str| phases.get(n).and_then(|row| row.after.as_deref());
+    let ancestors = std::iter::successors(parent(name), |n| parent(n));
+    // A cycle further up is found there; no line of ancestors is longer than there are phases.
+    ancestors.take(phases.len()).any(|n| n == name)
 }
 
 /// The environment of a plan, elsewhere: other roads, another scenario.

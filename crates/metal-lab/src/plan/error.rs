@@ -10,6 +10,8 @@ pub struct PlanError {
     pub file: Option<PathBuf>,
     /// Line, from 1, where it is known.
     pub line: Option<usize>,
+    /// The `--set` assignment that is to blame, if one is.
+    pub assignment: Option<String>,
     /// Dotted path of the field, e.g. `phase.fusion.rate`.
     pub field: String,
     /// What was found and what is allowed.
@@ -20,13 +22,23 @@ impl PlanError {
     /// An error at a field.
     #[must_use]
     pub fn at(field: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { file: None, line: None, field: field.into(), message: message.into() }
+        Self { file: None, line: None, assignment: None, field: field.into(), message: message.into() }
+    }
+
+    /// The same error, with the assignment that is to blame.
+    #[must_use]
+    pub fn caused_by(mut self, assignment: &str) -> Self {
+        self.assignment = Some(assignment.to_owned());
+        self
     }
 
     /// The same error, with the file it came from and the line where the field stands in `text`.
     #[must_use]
     pub fn located(mut self, file: &Path, text: &str) -> Self {
-        self.line = self.line.or_else(|| line_of(text, &self.field));
+        // What was assigned stands on no line.
+        if self.assignment.is_none() {
+            self.line = self.line.or_else(|| line_of(text, &self.field));
+        }
         self.file = Some(file.to_path_buf());
         self
     }
@@ -39,7 +51,14 @@ impl fmt::Display for PlanError {
             (Some(file), None) => write!(f, "{}: ", file.display())?,
             _ => {}
         }
-        if self.field.is_empty() { f.write_str(&self.message) } else { write!(f, "{}: {}", self.field, self.message) }
+        if let Some(assignment) = &self.assignment {
+            write!(f, "--set {assignment}: ")?;
+        }
+        if self.field.is_empty() {
+            f.write_str(&self.message)
+        } else {
+            write!(f, "{}: {}", self.field, self.message)
+        }
     }
 }
 
@@ -61,11 +80,43 @@ fn line_of(text: &str, field: &str) -> Option<usize> {
     found.map(|at| text[..at].matches('\n').count() + 1)
 }
 
-/// The error of the TOML parser (which knows line and key) as a [`PlanError`].
+/// Dotted path of the innermost field of the TOML `text` whose key or value holds the byte `at`.
+fn field_at(text: &str, at: usize) -> String {
+    let mut path = Vec::new();
+    if let Ok(root) = toml::de::DeTable::parse(text) {
+        descend(root.get_ref(), at, &mut path);
+    }
+    path.join(".")
+}
+
+/// Puts the keys that lead to the byte `at` on the path, and says whether there are any.
+fn descend(table: &toml::de::DeTable<'_>, at: usize, path: &mut Vec<String>) -> bool {
+    for (key, value) in table {
+        path.push(key.get_ref().to_string());
+        // A table of its own may be spread over the file, so that its span says nothing about its fields.
+        let inside = matches!(value.get_ref(), toml::de::DeValue::Table(inner) if descend(inner, at, path));
+        if inside || key.span().contains(&at) || value.span().contains(&at) {
+            return true;
+        }
+        path.pop();
+    }
+    false
+}
+
+/// The error of the TOML parser (which knows where) as a [`PlanError`].
 #[must_use]
 pub fn from_toml(error: &toml::de::Error, text: &str) -> PlanError {
-    let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-    PlanError { file: None, line, field: String::new(), message: error.message().to_owned() }
+    let start = error.span().map(|span| span.start.min(text.len()));
+    let field = start.map_or_else(String::new, |at| field_at(text, at));
+    let line = start.map(|at| text[..at].matches('\n').count() + 1);
+    PlanError { line, ..PlanError::at(field, error.message()) }
+}
+
+/// The error of a table that was never text, on one line, with the keys it knows.
+#[must_use]
+pub fn with_keys(error: &toml::de::Error) -> String {
+    let text = error.to_string();
+    text.lines().filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -9,7 +9,10 @@ use super::error::PlanError;
 pub fn apply(table: &mut toml::Table, assignments: &[String]) -> Result<(), PlanError> {
     for assignment in assignments {
         let Some((path, value)) = assignment.split_once('=') else {
-            return Err(PlanError::at(assignment.clone(), "--set wants key=value, e.g. phase.fusion.rate.constant=0.2"));
+            return Err(PlanError::at(
+                assignment.clone(),
+                "--set wants key=value, e.g. phase.fusion.rate.constant=0.2",
+            ));
         };
         assign(table, path.trim(), parse(value.trim()))?;
     }
@@ -30,7 +33,8 @@ fn assign(table: &mut toml::Table, path: &str, value: toml::Value) -> Result<(),
         at = match next {
             toml::Value::Table(inner) => inner,
             other => {
-                let message = format!("--set cannot go into `{key}`: it is a {}, not a table", other.type_str());
+                let message =
+                    format!("--set cannot go into `{key}`: it is a {}, not a table", other.type_str());
                 return Err(PlanError::at(path, message));
             }
         };

@@ -1,6 +1,7 @@
 //! How each measure is named and written.
 
 use crate::figures::number;
+use crate::reproduce::table::is_share;
 use crate::results::Estimate;
 
 /// Measures with a name of their own, in the order of tables; any others follow under their key.
@@ -10,10 +11,10 @@ pub const ORDER: [&str; 12] = [
     "perceptual",
     "looks",
     "accident_rate",
-    "accident_at_fault_rate",
-    "accident_hit_rate",
-    "off_road_rate",
+    "fault_rate",
     "contact_steps",
+    "off_road_rate",
+    "lane_offset",
     "path_smoothness",
     "speed_smoothness",
     "speed",
@@ -22,10 +23,10 @@ pub const ORDER: [&str; 12] = [
 /// The measures of Sec. 3.3 that describe behaviour rather than cost.
 pub const BEHAVIOUR: [&str; 8] = [
     "accident_rate",
-    "accident_at_fault_rate",
-    "accident_hit_rate",
-    "off_road_rate",
+    "fault_rate",
     "contact_steps",
+    "off_road_rate",
+    "lane_offset",
     "path_smoothness",
     "speed_smoothness",
     "speed",
@@ -38,14 +39,14 @@ pub fn label(measure: &str) -> &str {
         "total" => "Total cost",
         "motor" => "Motor cost",
         "perceptual" => "Perceptual cost",
-        "looks" => "Looks of 7",
+        "looks" => "Looks per step, of 7",
         "accident_rate" => "Runs with accident",
-        "accident_at_fault_rate" => "… at own fault",
-        "accident_hit_rate" => "… hit by another",
+        "fault_rate" => "Runs with accident at own fault",
         "off_road_rate" => "Steps off the road",
         "contact_steps" => "Contact steps per run",
-        "path_smoothness" => "Turning, rad/step",
-        "speed_smoothness" => "Speed change, m/s",
+        "lane_offset" => "From the lane’s middle, m",
+        "path_smoothness" => "Change of turn, rad/step",
+        "speed_smoothness" => "Steps that change speed",
         "speed" => "Speed, m/s",
         other => other,
     }
@@ -71,13 +72,9 @@ pub fn interval(measure: &str, estimate: &Estimate) -> Option<String> {
     number::interval(estimate, digits(measure))
 }
 
-fn is_share(measure: &str) -> bool {
-    measure.ends_with("_rate")
-}
-
 fn digits(measure: &str) -> usize {
     match measure {
-        "path_smoothness" | "speed_smoothness" | "speed" => 3,
+        "lane_offset" | "path_smoothness" | "speed" => 3,
         _ => 2,
     }
 }

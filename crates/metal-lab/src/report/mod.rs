@@ -3,6 +3,7 @@
 //! The page needs no script and loads nothing: figures and style are inside. What was not run says "not run". What
 //! speaks against attention control is found from the numbers and said at the top.
 
+mod budgets;
 mod findings;
 mod measure;
 mod page;

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::budgets;
 use super::findings::{self, Goal};
 use super::table::Table;
 use super::{ReportContext, style, tables};
@@ -24,6 +25,7 @@ pub struct Page {
     goals: Vec<Goal>,
     is_acl_run: bool,
     against: Vec<String>,
+    budgets: Vec<budgets::Row>,
     figures: std::collections::BTreeMap<&'static str, FigureView>,
     scenes: Vec<Scene>,
     tables: Tables,
@@ -87,6 +89,7 @@ pub fn build(results: &Results, context: &ReportContext) -> Page {
         goals: findings::goals(results),
         is_acl_run: results.estimate("acl", "mix", "total").is_some(),
         against: findings::against(results),
+        budgets: budgets::rows(results),
         figures: figures(results),
         scenes: scenes(results),
         tables: all_tables(results),

@@ -47,7 +47,7 @@ pub fn table2(table: &Table2, caption: &str) -> Table {
     let mut rows = Vec::new();
     for scenario in lookup::SCENARIOS {
         let mut name = Cell::name(policy::scenario_label(scenario));
-        for policy in policy::ordered(table.keys()) {
+        for policy in policy::ordered(table.keys()).into_iter().filter(|p| !p.starts_with("fixed:")) {
             let Some(cell) = table[policy].get(scenario) else { continue };
             rows.push(our_row(std::mem::take(&mut name), &policy::short_label(policy), cell));
             rows.extend(paper_row(scenario, policy));
@@ -118,8 +118,7 @@ fn paper_row(scenario: &str, policy: &str) -> Option<Vec<Cell>> {
 pub fn table3(results: &Results) -> Table {
     let columns = ["k", "q", "|A|", "p₀, ours", "p₀, paper", "P(aliasing), ours", "P(aliasing), paper"];
     let rows = results.table3.iter().map(|row| {
-        let is_same = |p: &&(u32, u32, u32, f64, f64)| (p.0, p.1, p.2) == (row.k, row.q, row.actions);
-        let printed = paper::TABLE3.iter().find(is_same);
+        let printed = paper::table3(row.k, row.q, row.actions);
         let paper_cell = |value: Option<f64>| {
             value.map_or_else(Cell::unprinted, |p| Cell::paper(number::probability(p), ""))
         };
@@ -130,9 +129,9 @@ pub fn table3(results: &Results) -> Table {
             .collect::<Vec<_>>();
         cells.extend([
             ours(row.p0),
-            paper_cell(printed.map(|p| p.3)),
+            paper_cell(printed.as_ref().map(|p| p.p0)),
             ours(row.p),
-            paper_cell(printed.map(|p| p.4)),
+            paper_cell(printed.as_ref().map(|p| p.p)),
         ]);
         cells
     });
@@ -156,7 +155,9 @@ pub fn aliasing(results: &Results) -> Table {
         ]
     });
     Table {
-        caption: "Measured: pairs of distinct physical states that fall on one point.".to_owned(),
+        caption: "Measured on drives of attention control: of all pairs of distinct states in which the full observer \
+                  acts differently, the share that falls on one point. “As attended”: only what attention control asked \
+                  for.".to_owned(),
         columns: ["Space", "q", "Share of pairs"].map(str::to_owned).to_vec(),
         rows: rows.collect(),
     }
@@ -165,21 +166,23 @@ pub fn aliasing(results: &Results) -> Table {
 /// The behavioural measures (Sec. 3.3) over the mix of scenarios.
 #[must_use]
 pub fn behaviour(results: &Results) -> Table {
-    let named = results.policies.iter().filter(|(policy, _)| !policy.starts_with("fixed:"));
-    let policies: Policies = named.map(|(policy, scenarios)| (policy.clone(), scenarios.clone())).collect();
-    measures(results, (&policies, "mix"), &measure::BEHAVIOUR)
+    measures(results, (&named(&results.policies), "mix"), &measure::BEHAVIOUR)
 }
 
 /// Every policy with a name over the mix of scenarios: what it costs, of what, and how often it looks.
 #[must_use]
 pub fn baselines(results: &Results) -> Table {
-    let named = results.policies.iter().filter(|(policy, _)| !policy.starts_with("fixed:"));
-    let policies: Policies = named.map(|(policy, scenarios)| (policy.clone(), scenarios.clone())).collect();
     measures(
         results,
-        (&policies, "mix"),
+        (&named(&results.policies), "mix"),
         &["total", "motor", "perceptual", "looks", "accident_rate", "off_road_rate"],
     )
+}
+
+/// The policies with a name; of the fixed subsets only the best has one.
+fn named(policies: &Policies) -> Policies {
+    let named = policies.iter().filter(|(policy, _)| !policy.starts_with("fixed:"));
+    named.map(|(policy, scenarios)| (policy.clone(), scenarios.clone())).collect()
 }
 
 /// All that was measured in one scenario: policies down, measures across.

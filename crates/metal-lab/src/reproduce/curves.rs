@@ -16,21 +16,21 @@ pub fn learning_curve(seeds: &[Vec<&Trace>]) -> Vec<CurvePoint> {
     let episodes = runs.iter().map(Vec::len).min().unwrap_or(0);
     let blocks = BLOCKS.min(episodes);
     (0..blocks)
-        .map(|b| {
+        .filter_map(|b| {
             let range = b * episodes / blocks..(b + 1) * episodes / blocks;
             let mean = |f: &dyn Fn(&EpisodeRecord) -> f64| {
                 let per_seed = runs.iter().map(|r| block_mean(&r[range.clone()], f));
                 over_seeds(&per_seed.collect::<Vec<_>>())
             };
             let sums = runs.iter().map(|r| r[..range.end].iter().map(|e| e.motor + e.perceptual).sum());
-            CurvePoint {
+            Some(CurvePoint {
                 block: b as u32,
                 episodes: range.end as u32,
-                motor: mean(&|e| e.motor),
-                perceptual: mean(&|e| e.perceptual),
-                total: mean(&|e| e.motor + e.perceptual),
-                accumulated: over_seeds(&sums.collect::<Vec<f64>>()),
-            }
+                motor: mean(&|e| e.motor)?,
+                perceptual: mean(&|e| e.perceptual)?,
+                total: mean(&|e| e.motor + e.perceptual)?,
+                accumulated: over_seeds(&sums.collect::<Vec<f64>>())?,
+            })
         })
         .collect()
 }
@@ -48,7 +48,8 @@ pub fn looks_over_learning(traces: &[&Trace], blocks: usize, most: usize) -> Vec
     (0..blocks)
         .map(|b| {
             let range = b * episodes / blocks..(b + 1) * episodes / blocks;
-            let of_block = traces.iter().flat_map(|t| t.episodes[range.clone()].iter().flat_map(|e| e.looks.iter()));
+            let of_block =
+                traces.iter().flat_map(|t| t.episodes[range.clone()].iter().flat_map(|e| e.looks.iter()));
             let counts: Vec<usize> = of_block.map(|&l| usize::from(l)).collect();
             let share = looks::histogram(&counts, counts.len().max(1), most);
             let share = share.into_iter().next().map(|h| h.shares).unwrap_or_default();

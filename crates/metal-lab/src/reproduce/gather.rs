@@ -1,8 +1,8 @@
 //! From an [`Outcome`] to the [`Results`] that are written, drawn and printed.
 
 use super::curves::{learning_curve, looks_over_learning};
-use super::table::{cell, over_seeds, ratio, table2_cell, total};
-use super::{Outcome, Tables, subsets};
+use super::table::{cell, over_seeds, ratio, table2_cell};
+use super::{Outcome, subsets};
 use crate::evaluate::measures;
 use crate::paper;
 use crate::registry::{Roads, roads_name};
@@ -38,12 +38,23 @@ pub fn gather(outcome: &Outcome) -> Results {
     }
 }
 
-fn policies(table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>, outcome: &Outcome) -> Policies {
-    let cells = |s: &BTreeMap<String, Vec<Vec<EpisodeRecord>>>| s.iter().map(|(name, runs)| (name.clone(), cell(runs))).collect();
-    let mut policies: Policies = table.iter().map(|(name, scenarios)| (name.clone(), cells(scenarios))).collect();
+fn policies(
+    table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>,
+    outcome: &Outcome,
+) -> Policies {
+    let cells = |s: &BTreeMap<String, Vec<Vec<EpisodeRecord>>>| {
+        s.iter().map(|(name, runs)| (name.clone(), cell(runs))).collect()
+    };
+    let mut policies: Policies =
+        table.iter().map(|(name, scenarios)| (name.clone(), cells(scenarios))).collect();
+    name_best(&mut policies, outcome);
+    policies
+}
+
+/// Enters the best fixed subset once more, under the name `best_fixed`.
+fn name_best<T: Clone>(policies: &mut BTreeMap<String, T>, outcome: &Outcome) {
     let best = outcome.best_fixed.as_ref().and_then(|name| policies.get(name).cloned());
     policies.extend(best.map(|b| ("best_fixed".to_owned(), b)));
-    policies
 }
 
 /// Table 3 as computed: the paper's five rows.
@@ -62,9 +73,12 @@ fn table2(outcome: &Outcome) -> BTreeMap<String, Table2> {
     let style = |most: usize| -> Table2 {
         let cells = |scenarios: &BTreeMap<String, Vec<Vec<EpisodeRecord>>>| {
             let cell = |runs: &Vec<Vec<EpisodeRecord>>| table2_cell(&interleave(runs, most));
-            scenarios.iter().map(|(name, runs)| (name.clone(), cell(runs))).collect()
+            scenarios.iter().filter_map(|(name, runs)| Some((name.clone(), cell(runs)?))).collect()
         };
-        table.iter().map(|(policy, scenarios)| (policy.clone(), cells(scenarios))).collect()
+        let mut rows: Table2 =
+            table.iter().map(|(policy, scenarios)| (policy.clone(), cells(scenarios))).collect();
+        name_best(&mut rows, outcome);
+        rows
     };
     BTreeMap::from([("ten_runs".to_owned(), style(10)), ("full".to_owned(), style(usize::MAX))])
 }
@@ -95,7 +109,11 @@ fn main_roads() -> String {
     roads_name(&Roads::Training)
 }
 
-fn ratio_on(table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>, ours: &str, theirs: &str) -> Option<Estimate> {
+fn ratio_on(
+    table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>,
+    ours: &str,
+    theirs: &str,
+) -> Option<Estimate> {
     let runs = |policy: &str| -> Option<Vec<&Vec<Vec<EpisodeRecord>>>> {
         lookup::SCENARIOS.iter().map(|s| table.get(policy)?.get(*s)).collect()
     };
@@ -123,21 +141,28 @@ fn figures(outcome: &Outcome) -> Figures {
             .map(|phase| looks_over_learning(&traces(phase), 8, outcome.plan.members.len()))
             .unwrap_or_default(),
         subset_front: front(outcome),
-        sensitivity: sensitivity(&outcome.tables, &outcome.plan.file.environment.training_scenario()),
+        sensitivity: sensitivity(outcome),
         ..Figures::default()
     }
 }
 
 fn front(outcome: &Outcome) -> Vec<FrontPoint> {
     let spec = &outcome.plan.spec;
-    let names = |sensors: metal_rl::set::IndexSet| sensors.iter().map(|s| spec.sensors[s].name.clone()).collect();
+    let names =
+        |sensors: metal_rl::set::IndexSet| sensors.iter().map(|s| spec.sensors[s].name.clone()).collect();
     let mut points: Vec<FrontPoint> = outcome
         .screened
         .iter()
-        .map(|s| {
+        .filter_map(|s| {
             let totals: Vec<f64> = s.motor.iter().map(|m| m - s.price).collect();
-            let (motor, total) = (over_seeds(&s.motor), over_seeds(&totals));
-            FrontPoint { sensors: names(s.sensors), price: s.price, motor, total, stage: Stage::Screened }
+            let (motor, total) = (over_seeds(&s.motor)?, over_seeds(&totals)?);
+            Some(FrontPoint {
+                sensors: names(s.sensors),
+                price: s.price,
+                motor,
+                total,
+                stage: Stage::Screened,
+            })
         })
         .collect();
     let scenario = outcome.plan.file.environment.training_scenario();
@@ -147,26 +172,33 @@ fn front(outcome: &Outcome) -> Vec<FrontPoint> {
         let Some(runs) = table else { continue };
         let measures = cell(runs);
         let price = sensors.iter().map(|s| spec.sensors[s].price).sum();
-        let (motor, total) = (measures["motor"], measures["total"]);
+        let (Some(&motor), Some(&total)) = (measures.get("motor"), measures.get("total")) else { continue };
         points.push(FrontPoint { sensors: names(sensors), price, motor, total, stage: Stage::Confirmed });
     }
     points
 }
 
-fn sensitivity(tables: &Tables, scenario: &str) -> BTreeMap<String, Vec<SeedPoint>> {
-    let Some(table) = tables.get(&main_roads()) else { return BTreeMap::new() };
-    let point = |(seed, runs): (usize, &Vec<EpisodeRecord>)| {
-        let of = |name: &str| measures(runs).into_iter().find(|(n, _)| *n == name).map_or(f64::NAN, |(_, v)| v);
-        let (motor, perceptual) = (of("motor"), of("perceptual"));
-        SeedPoint { seed: seed as u64, motor, perceptual, total: total(runs), looks: of("looks") }
+/// What each seed reached in the scenario of learning.
+fn sensitivity(outcome: &Outcome) -> BTreeMap<String, Vec<SeedPoint>> {
+    let Some(table) = outcome.tables.get(&main_roads()) else { return BTreeMap::new() };
+    let scenario = outcome.plan.file.environment.training_scenario();
+    let row = |(policy, cells): (&String, &BTreeMap<String, Vec<Vec<EpisodeRecord>>>)| {
+        let runs = cells.get(&scenario)?;
+        Some((
+            policy.clone(),
+            runs.iter().enumerate().filter_map(|(seed, runs)| seed_point(seed, runs)).collect(),
+        ))
     };
-    table
-        .iter()
-        .filter_map(|(policy, cells)| {
-            let runs = cells.get(scenario)?;
-            Some((policy.clone(), runs.iter().enumerate().map(point).collect()))
-        })
-        .collect()
+    let mut rows = table.iter().filter_map(row).collect();
+    name_best(&mut rows, outcome);
+    rows
+}
+
+fn seed_point(seed: usize, runs: &[EpisodeRecord]) -> Option<SeedPoint> {
+    let measured = measures(runs);
+    let of = |name: &str| measured.iter().find(|(n, v)| *n == name && v.is_finite()).map(|(_, v)| *v);
+    let (motor, perceptual, total, looks) = (of("motor")?, of("perceptual")?, of("total")?, of("looks")?);
+    Some(SeedPoint { seed: seed as u64, motor, perceptual, total, looks })
 }
 
 fn versions(world: &str) -> BTreeMap<String, String> {

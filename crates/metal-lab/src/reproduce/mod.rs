@@ -78,7 +78,9 @@ pub fn execute(plan: Plan, options: Options, progress: &dyn Progress) -> Result<
     let (mut screened, mut confirmed) = (Vec::new(), Vec::new());
     if let Some(rows) = &plan.file.subsets {
         progress.stage("screening fixed subsets");
-        screened = desk.busy.time("fixed subsets: screening", || screen(&plan, rows, options.all_subsets, &streams, progress))?;
+        screened = desk.busy.time("fixed subsets: screening", || {
+            screen(&plan, rows, options.all_subsets, &streams, progress)
+        })?;
         progress.stage("confirming the best subsets");
         confirmed = candidates(&plan, rows, &screened);
         desk.confirm(rows, &confirmed, &mut tables)?;
@@ -103,7 +105,8 @@ fn candidates(plan: &Plan, rows: &SubsetsFile, screened: &[Screened]) -> Vec<Ind
 /// The winner among confirmed subsets: chosen on validation roads with fresh seeds.
 fn best_fixed(plan: &Plan, tables: &Tables) -> Option<String> {
     let scenario = plan.file.environment.training_scenario();
-    let fixed = tables.get(&roads_name(&Roads::Validation))?.iter().filter(|(name, _)| name.starts_with("fixed:"));
+    let fixed =
+        tables.get(&roads_name(&Roads::Validation))?.iter().filter(|(name, _)| name.starts_with("fixed:"));
     let totals = fixed.filter_map(|(name, cells)| {
         let runs = cells.get(&scenario)?;
         Some((name, runs.iter().map(|r| table::total(r)).sum::<f64>()))
@@ -137,7 +140,11 @@ impl Busy {
     }
 
     fn seconds(&self) -> BTreeMap<String, f64> {
-        let parts = [("training", &self.training), ("testing", &self.testing), ("fixed subsets: screening", &self.screening)];
+        let parts = [
+            ("training", &self.training),
+            ("testing", &self.testing),
+            ("fixed subsets: screening", &self.screening),
+        ];
         let seconds = |n: &AtomicU64| Duration::from_nanos(n.load(Ordering::Relaxed)).as_secs_f64();
         parts.iter().map(|(name, n)| ((*name).to_owned(), seconds(n))).collect()
     }
@@ -160,7 +167,9 @@ impl Desk<'_> {
 
     fn train(&self) -> Result<Vec<BTreeMap<String, Trained>>, RunError> {
         let seeds = (0..self.options.seeds).into_par_iter();
-        seeds.map(|s| self.busy.time("training", || train_seed(self.plan, &self.seed(s), self.progress))).collect()
+        seeds
+            .map(|s| self.busy.time("training", || train_seed(self.plan, &self.seed(s), self.progress)))
+            .collect()
     }
 
     fn course(&self, scenario: &str, roads: &Roads) -> Course {
@@ -208,7 +217,8 @@ impl Desk<'_> {
     ) -> Result<(), RunError> {
         for course in self.courses() {
             let seeds = (0..self.options.seeds).into_par_iter();
-            let test = |s| self.busy.time("testing", || test(&candidate(s), &course, &self.seed(s), self.progress));
+            let test =
+                |s| self.busy.time("testing", || test(&candidate(s), &course, &self.seed(s), self.progress));
             let runs: RunsBySeed = seeds.map(test).collect::<Result<_, RunError>>()?;
             let roads = tables.entry(roads_name(&course.roads)).or_default();
             roads.entry(name.to_owned()).or_default().insert(course.scenario.clone(), runs);
@@ -219,15 +229,19 @@ impl Desk<'_> {
     /// Trains the chosen subsets again, on the reported seeds and with the whole budget, and tests them like everybody.
     fn confirm(&self, rows: &SubsetsFile, chosen: &[IndexSet], tables: &mut Tables) -> Result<(), RunError> {
         let seeds = self.options.seeds;
-        let jobs: Vec<(IndexSet, usize)> = chosen.iter().flat_map(|&s| (0..seeds).map(move |i| (s, i))).collect();
+        let jobs: Vec<(IndexSet, usize)> =
+            chosen.iter().flat_map(|&s| (0..seeds).map(move |i| (s, i))).collect();
         let train = |&(sensors, seed): &(IndexSet, usize)| {
             let streams = self.seed(seed).child("subset");
-            self.busy.time("training", || train_subset(self.plan, rows, (sensors, 1.0), &streams, self.progress))
+            self.busy
+                .time("training", || train_subset(self.plan, rows, (sensors, 1.0), &streams, self.progress))
         };
         let minds: Vec<TrainedSubset> = jobs.par_iter().map(train).collect::<Result<_, RunError>>()?;
         let acting: Acting = subsets::acting();
         for (sensors, minds) in chosen.iter().zip(minds.chunks(seeds)) {
-            self.test_on_all(tables, &subsets::name(self.plan, *sensors), |seed| minds[seed].candidate(&acting))?;
+            self.test_on_all(tables, &subsets::name(self.plan, *sensors), |seed| {
+                minds[seed].candidate(&acting)
+            })?;
         }
         Ok(())
     }
@@ -246,7 +260,8 @@ pub fn planned_steps(plan: &Plan, options: &Options) -> usize {
     let mut steps = options.seeds * phases + plan.file.policy.len() * tests_of_one + blind;
     if let Some(rows) = &plan.file.subsets {
         let budget: usize = rows.budget_of.iter().map(|n| plan.budget_steps(n)).sum();
-        let screened = subsets::screened_count(plan.spec.sensors.len(), options.all_subsets) * rows.screening_seeds;
+        let screened =
+            subsets::screened_count(plan.spec.sensors.len(), options.all_subsets) * rows.screening_seeds;
         let screening = (budget as f64 * rows.screening_share) as usize + rows.screening_runs * horizon;
         steps += screened * screening + (rows.confirmed + 1) * (options.seeds * budget + tests_of_one);
     }

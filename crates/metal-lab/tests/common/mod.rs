@@ -88,10 +88,12 @@ fn measures((motor, perceptual, looks): (f64, f64, f64), accidents: f64) -> BTre
         ("perceptual", around(perceptual, 0.2)),
         ("looks", around(looks, 0.15)),
         ("accident_rate", around(accidents, 0.01)),
+        ("fault_rate", around(accidents / 2.0, 0.01)),
         ("off_road_rate", around(accidents / 9.0, 0.001)),
         ("contact_steps", around(accidents * 1.7, 0.1)),
         ("path_smoothness", around(0.123, 0.02)),
-        ("speed_smoothness", around(0.0173, 0.002)),
+        ("speed_smoothness", around(0.173, 0.02)),
+        ("lane_offset", around(0.0317, 0.002)),
         ("speed", around(0.0912, 0.003)),
     ];
     list.into_iter().map(|(name, estimate)| (name.to_owned(), estimate)).collect()
@@ -125,7 +127,8 @@ fn table2_row(policy: &str, runs: u64) -> BTreeMap<String, Table2Cell> {
 }
 
 fn table3() -> Vec<Table3Row> {
-    paper::TABLE3.iter().map(|&(k, q, actions, p0, p)| Table3Row { k, q, actions, p0, p }).collect()
+    let row = |r: paper::PaperTable3Row| Table3Row { k: r.k, q: r.q, actions: r.actions, p0: r.p0, p: r.p };
+    paper::numbers().table3.into_iter().map(row).collect()
 }
 
 fn figures() -> Figures {

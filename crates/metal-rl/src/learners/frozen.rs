@@ -1,4 +1,4 @@
-//! Learners as bytes: a format version, the learner's name, its complete state, and a checksum over all of it.
+//! Learners, and minds made of them, as bytes: a format version, the learner's name, its complete state, and a checksum over all of it.
 
 use crate::learner::LearnerError;
 use serde::{Serialize, de::DeserializeOwned};
@@ -10,7 +10,11 @@ const VERSION: u32 = 1;
 const CHECKSUM: usize = 8;
 
 /// The bytes of `state`, to be opened again by [`open`] under the same name.
-pub(crate) fn seal<T: Serialize>(learner: &'static str, state: &T) -> Vec<u8> {
+///
+/// # Panics
+/// If the state holds what has no bytes; numbers, texts, vectors and maps all have.
+#[must_use]
+pub fn seal<T: Serialize>(learner: &'static str, state: &T) -> Vec<u8> {
     let mut bytes =
         postcard::to_stdvec(&(VERSION, learner, state)).expect("numbers and vectors always become bytes");
     let sum = checksum(&bytes);
@@ -19,7 +23,10 @@ pub(crate) fn seal<T: Serialize>(learner: &'static str, state: &T) -> Vec<u8> {
 }
 
 /// The state in `bytes`, if they are whole and were sealed under the same name.
-pub(crate) fn open<T: DeserializeOwned>(learner: &'static str, bytes: &[u8]) -> Result<T, LearnerError> {
+///
+/// # Errors
+/// If they are cut, changed, of another name or of another version.
+pub fn open<T: DeserializeOwned>(learner: &'static str, bytes: &[u8]) -> Result<T, LearnerError> {
     let damaged = |reason: String| LearnerError::Frozen { learner, reason };
     let Some((body, sum)) = bytes.split_last_chunk::<CHECKSUM>() else {
         return Err(damaged(format!("{} bytes are too few", bytes.len())));

@@ -2,7 +2,7 @@
 
 pub mod absp;
 pub mod bayes_mix;
-mod frozen;
+pub mod frozen;
 pub mod given;
 pub mod igmn;
 pub mod mlp;

@@ -22,14 +22,14 @@ impl Fusion {
     }
 }
 
-/// The action `fuser` makes of everything heard so far.
-pub(crate) fn fuse(fuser: &Fuser, situation: &Situation<'_>, scratch: &mut [f64]) -> usize {
+/// The action `fuser` makes of everything `roster` said so far; weights belong to places in the roster.
+pub(crate) fn fuse(fuser: &Fuser, roster: IndexSet, situation: &Situation<'_>, scratch: &mut [f64]) -> usize {
     let mut opinions = [Opinion { agent: 0, proposal: 0, support: &[] }; IndexSet::CAPACITY];
     let mut heard = 0;
-    for m in situation.state.attended().iter() {
+    for (agent, m) in roster.iter().enumerate() {
         if let Some(opinion) = situation.state.opinion(m) {
             opinions[heard] =
-                Opinion { agent: m, proposal: num::argmax(opinion.values), support: opinion.support };
+                Opinion { agent, proposal: num::argmax(opinion.values), support: opinion.support };
             heard += 1;
         }
     }
@@ -41,7 +41,7 @@ impl Policy for Fusion {
         if let Some(next) = self.roster.minus(situation.state.attended()).iter().next() {
             return Choice::Consult(next);
         }
-        let action = fuse(&self.fuser, situation, &mut self.scratch);
+        let action = fuse(&self.fuser, self.roster, situation, &mut self.scratch);
         // The fuser names one action, so exploration sees a preference of 1 for it and of 0 for the others.
         self.scratch.fill(0.0);
         self.scratch[action] = 1.0;

@@ -33,6 +33,6 @@ impl Policy for RandomLooks {
                 return Choice::Consult(member);
             }
         }
-        Choice::Move(fuse(&self.fuser, situation, &mut self.scratch))
+        Choice::Move(fuse(&self.fuser, self.roster, situation, &mut self.scratch))
     }
 }

@@ -10,11 +10,11 @@ use super::task::{Facts, LANE_FREE_M, Task};
 use super::traffic::{CARS, car_twist, scripted_action};
 
 /// Motor actions looked ahead.
-const DEPTH: usize = 6;
+const DEPTH: usize = 8;
 /// Plans kept after each of them.
 const BEAM: usize = 14;
 /// What the expert adds to every car's radius, in metres: it keeps this clear of what it predicts.
-const CARE_M: f64 = 0.006;
+const CARE_M: f64 = 0.025;
 
 /// What the expert knows of the world.
 #[derive(Clone, Copy, Debug)]

@@ -29,7 +29,7 @@ pub enum MotorAction {
     Fast,
     /// Go with medium speed: straight on at 0.08 m/s.
     Medium,
-    /// Slow down: straight on at 0.04 m/s.
+    /// Slow down: straight on at 0.03 m/s.
     SlowDown,
     /// Turn right: 0.07 m/s and −0.45 rad/s, an arc of 35 mm through −0.225 rad.
     TurnRight,
@@ -59,7 +59,7 @@ impl MotorAction {
         let (speed_mps, turn_radps) = match self {
             Self::Fast => (FAST_MPS, 0.0),
             Self::Medium => (0.08, 0.0),
-            Self::SlowDown => (0.04, 0.0),
+            Self::SlowDown => (0.03, 0.0),
             Self::TurnRight => (0.07, -TURN_RADPS),
             Self::TurnLeft => (0.07, TURN_RADPS),
         };

@@ -17,7 +17,9 @@ const SPREAD_M: f64 = BORDER_M - MIDDLE_M - BODY_RADIUS_M + 0.02;
 /// Largest start angle against the driving direction, in radians.
 const ASKEW_RAD: f64 = 0.4;
 /// Share of starts in the wrong lane.
-const WRONG_LANE: f64 = 0.25;
+const WRONG_LANE: f64 = 0.35;
+/// Share of approaching cars that come in the learner's own lane: overtaking, and about to go back to theirs.
+const OVERTAKING: f64 = 0.3;
 
 /// What an episode is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,7 +30,7 @@ pub enum Scenario {
     Mix,
     /// Free road: no other car. Table 2, row 1.
     FreeRoad,
-    /// A moving car is approaching: 0.5 to 1.2 m ahead, in its own lane. Table 2, row 2.
+    /// A moving car is approaching: 0.35 to 0.9 m ahead, in its own lane. Table 2, row 2.
     Approaching,
     /// The robot is nearing a moving car from behind: 0.25 to 0.6 m ahead in the same lane. Table 2, row 3.
     FromBehind,
@@ -110,8 +112,9 @@ impl Scenario {
         match self {
             Self::Mix | Self::FreeRoad => start,
             Self::Approaching => {
-                let at = arc + direction.sign() * rng.range(0.5, 1.2);
-                start.with(in_lane(road, at, direction.reversed()))
+                let at = arc + direction.sign() * rng.range(0.35, 0.9);
+                let side = if rng.chance(OVERTAKING) { -1.0 } else { 1.0 };
+                start.with(road.pose_at(at, side * direction.sign() * MIDDLE_M, direction.reversed()))
             }
             Self::FromBehind => {
                 let at = arc + direction.sign() * rng.range(0.25, 0.6);
@@ -218,7 +221,7 @@ mod tests {
             assert_ne!(car.direction(start.cars[0].heading_rad), direction);
             assert!(car.lane_offset_m(direction.reversed()).abs() < 1e-3);
         }
-        assert!((400..600).contains(&wrong_lane), "{wrong_lane}");
+        assert!((600..800).contains(&wrong_lane), "{wrong_lane}");
     }
 
     #[test]

@@ -1,14 +1,15 @@
-//! The red cars: same body and actions as the learner, at half its pace, steered by a mind from outside or by a script.
+//! The red cars: same body and arcs as the learner, at a steady speed of their own, steered by a mind from outside or by a script.
 
-use super::kinematics::{ACTION_SECS, MotorAction, TURN_RADPS, Twist};
+use super::kinematics::{ACTION_SECS, MotorAction, Twist};
 use super::pose::Pose;
 use super::road::Road;
 use std::sync::Arc;
 
 /// Most red cars in the world (Sec. 4.1: "two other cars").
 pub const CARS: usize = 2;
-/// Pace of a red car against the learner's: same arcs, half the speed, so that the learner can near one from behind.
-pub const CAR_PACE: f64 = 0.5;
+/// Speed of a red car, in metres per second, unless it slows down (to half of it): a learner can near it from behind,
+/// and can follow it between [`MotorAction::SlowDown`] and [`MotorAction::Medium`].
+pub const CRUISE_MPS: f64 = 0.05;
 /// Length of what a driver sees: six regions of four colours.
 pub const VISION: usize = 24;
 
@@ -39,10 +40,12 @@ impl std::fmt::Debug for Steering {
     }
 }
 
-/// The motion of a red car under a motor action.
+/// The motion of a red car under a motor action: the learner's arcs at the red cars' own steady speed.
 #[must_use]
 pub fn car_twist(action: MotorAction) -> Twist {
-    action.twist().scaled(CAR_PACE)
+    let speed_mps = if action == MotorAction::SlowDown { 0.5 * CRUISE_MPS } else { CRUISE_MPS };
+    let twist = action.twist();
+    twist.scaled(speed_mps / twist.speed_mps)
 }
 
 /// What the scripted driver does at `me`: it keeps its right lane, slows down behind another red car, and does not
@@ -57,7 +60,7 @@ pub fn scripted_action(road: &Road, me: &Pose, others: &[Pose]) -> MotorAction {
     let wanted = (-8.0 * place.lane_offset_m(direction)).clamp(-0.6, 0.6);
     let bend = direction.sign() * place.curvature * 0.03;
     let turn = wanted - place.heading_error_rad(me.heading_rad, direction) + bend;
-    let half_a_turn = 0.5 * TURN_RADPS * CAR_PACE * ACTION_SECS;
+    let half_a_turn = 0.5 * car_twist(MotorAction::TurnLeft).turn_radps * ACTION_SECS;
     if turn > half_a_turn {
         MotorAction::TurnLeft
     } else if turn < -half_a_turn {

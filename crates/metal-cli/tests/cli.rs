@@ -1,0 +1,248 @@
+//! The command `metal` as a user meets it: help, examples, results on disk, and mistakes answered in plain words.
+
+use expect_test::expect_file;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
+
+fn metal(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_metal"));
+    // Help is wrapped to the terminal's width, and a test has none.
+    command.env_remove("COLUMNS").env_remove("LINES").current_dir(env!("CARGO_TARGET_TMPDIR"));
+    command.args(arguments).output().unwrap()
+}
+
+/// Standard output of a command that must succeed.
+fn output(arguments: &[&str]) -> String {
+    let output = metal(arguments);
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "metal {arguments:?}: {complaint}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// What a command that must fail with `code` says on standard error.
+fn complaint(code: i32, arguments: &[&str]) -> String {
+    let output = metal(arguments);
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "metal {arguments:?}: {complaint}");
+    assert!(!complaint.contains("panicked"), "{complaint}");
+    assert_eq!(output.stdout, b"", "mistakes print no results");
+    complaint
+}
+
+fn temporary(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+fn toy() -> String {
+    concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments/toy.toml").to_owned()
+}
+
+/// The toy with next to no training, two trainings of it.
+fn tiny<'a>(toy: &'a str, out: &'a str) -> Vec<&'a str> {
+    let budgets = ["--set", "phase.attention.budget.episodes=40", "--set", "evaluation.runs=60"];
+    [vec!["run", toy, "--out", out, "--seeds", "2", "--threads", "1"], budgets.to_vec()].concat()
+}
+
+/// The folder of one tiny run of the toy, made once for all tests.
+fn run_folder() -> &'static str {
+    static FOLDER: OnceLock<String> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let folder = temporary("toy-run");
+        let _ = std::fs::remove_dir_all(&folder);
+        let folder = folder.to_str().unwrap().to_owned();
+        let printed = output(&tiny(&toy(), &folder));
+        for wanted in ["mix: mean per motor step", "policy", "acl", "oracle", "report.html", "results.json"] {
+            assert!(printed.contains(wanted), "{wanted} is missing in\n{printed}");
+        }
+        folder
+    })
+}
+
+#[test]
+fn help_texts_teach() {
+    let commands = ["reproduce", "run", "eval", "aliasing", "list", "completions", "train-traffic"];
+    expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
+    for command in commands {
+        expect_file![format!("golden/help-{command}.txt")].assert_eq(&output(&[command, "--help"]));
+        assert!(output(&["--help"]).contains(command));
+    }
+    assert!(output(&["--version"]).starts_with("metal "));
+}
+
+#[test]
+fn the_second_row_of_table_3_comes_out() {
+    let row = ["aliasing", "--q", "4", "--k", "4", "--actions", "4"];
+    let numbers: Value = serde_json::from_str(&output(&[&row[..], &["--json"]].concat())).unwrap();
+    // As printed in the paper (its last digit cut off, not rounded): p0 = 0.1234, p = 2.32e-4.
+    let (p0, p) = (numbers["collision"].as_f64().unwrap(), numbers["all_actions"].as_f64().unwrap());
+    assert!((0.1234..0.1235).contains(&p0), "{p0}");
+    assert!((2.32e-4..2.33e-4).contains(&p), "{p}");
+    expect_file!["golden/aliasing.txt"].assert_eq(&output(&row));
+}
+
+#[test]
+fn impossible_numbers_are_refused() {
+    for (q, k, actions) in [("1", "4", "4"), ("4", "0", "4"), ("4", "4", "0"), ("99999999999", "4", "4")] {
+        let message = complaint(1, &["aliasing", "--q", q, "--k", k, "--actions", actions]);
+        assert!(message.starts_with("metal: ") && message.len() > 20, "{message}");
+    }
+    assert!(complaint(2, &["aliasing", "--q", "-4", "--k", "4", "--actions", "4"]).contains("--q"));
+    assert!(complaint(2, &["reproduce", "--seeds", "0"]).contains("0 is not in 1..=10000"));
+    assert!(complaint(2, &["eval", "--run", "x", "--runs", "0"]).contains("0 is not in 1..="));
+    assert!(complaint(2, &["reproduce", "--threads", "5000"]).contains("--threads"));
+}
+
+#[test]
+fn everything_there_is_is_listed() {
+    let list = output(&["list"]);
+    for name in [
+        "environments",
+        "highway",
+        "learners",
+        "absp",
+        "mlp",
+        "fusers",
+        "max_confidence",
+        "experiments/paper.toml",
+    ] {
+        assert!(list.contains(name), "{name} is missing in\n{list}");
+    }
+}
+
+#[test]
+fn completions_know_the_commands() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = output(&["completions", shell]);
+        assert!(script.contains("reproduce") && script.contains("road-seed"), "{shell}");
+    }
+    assert!(complaint(2, &["completions", "tcsh"]).contains("bash"));
+}
+
+#[test]
+fn a_reader_who_has_heard_enough_is_no_error() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_metal"))
+        .args(["completions", "bash"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(
+        output.status.success() && output.stderr.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[test]
+fn a_run_leaves_everything_behind() {
+    let folder = Path::new(run_folder());
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let results: Value = serde_json::from_str(&read("results.json")).unwrap();
+    assert_eq!(results["seeds"], 2);
+    assert_eq!(results["config"]["evaluation"]["runs"], 60, "what was set is what was run");
+    assert!(read("plan.toml").contains("episodes = 40"));
+    assert!(read("report.html").contains("<svg"));
+    let card: Value = serde_json::from_str(&read("run.json")).unwrap();
+    assert_eq!((&card["seeds"], &card["seed"], &card["quick"]), (&2.into(), &1.into(), &false.into()));
+    // 5 policies, 2 seeds, 30 runs each, and a header.
+    assert_eq!(read("records.csv").lines().count(), 1 + 5 * 2 * 30);
+    assert!(folder.join("minds/seed-1/attention.mind").is_file());
+    let strays = std::fs::read_dir(folder)
+        .unwrap()
+        .filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|x| x == "tmp"));
+    assert_eq!(strays.count(), 0, "no drafts are left behind");
+}
+
+#[test]
+fn results_as_json_are_the_results() {
+    let folder = temporary("toy-json");
+    let toy = toy();
+    let arguments = [tiny(&toy, folder.to_str().unwrap()), vec!["--json"]].concat();
+    let printed: Value = serde_json::from_str(&output(&arguments)).unwrap();
+    let written: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.join("results.json")).unwrap()).unwrap();
+    assert_eq!(printed, written);
+    // The same plan and seed as in the other folder, in another process.
+    let other = std::fs::read_to_string(Path::new(run_folder()).join("records.csv")).unwrap();
+    assert_eq!(std::fs::read_to_string(folder.join("records.csv")).unwrap(), other);
+}
+
+#[test]
+fn trained_minds_are_tested_again() {
+    let folder = run_folder();
+    let eval = ["eval", "--run", folder, "--runs", "50"];
+    let results: Value = serde_json::from_str(&output(&[&eval[..], &["--json"]].concat())).unwrap();
+    let measures = &results["policies"]["acl"]["mix"];
+    let (total, looks) =
+        (measures["total"]["mean"].as_f64().unwrap(), measures["looks"]["mean"].as_f64().unwrap());
+    assert!(total < 0.0 && (0.0..=7.0).contains(&looks), "{total} {looks}");
+    let table = output(&eval);
+    assert!(table.contains("oracle") && table.contains("looks"), "{table}");
+    assert_eq!(table, output(&eval), "the same minds, the same test, the same numbers");
+}
+
+#[test]
+fn roads_are_chosen_one_way_and_only_where_there_are_roads() {
+    let eval = ["eval", "--run", run_folder()];
+    let with = |more: &[&str]| -> Vec<String> { eval.iter().chain(more).map(|a| (*a).to_owned()).collect() };
+    let refused = |code, more: &[&str]| {
+        let arguments = with(more);
+        complaint(code, &arguments.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    let both = refused(2, &["--roads", "test", "--road-seed", "7"]);
+    assert!(
+        both.contains("--roads") && both.contains("--road-seed") && both.contains("cannot be used with"),
+        "{both}"
+    );
+    assert!(refused(2, &["--roads", "moon"]).contains("training, validation, test"));
+    assert!(refused(2, &["--road-seed", "x"]).contains("--road-seed"));
+    assert!(refused(1, &["--roads", "test"]).contains("Toy-v0 has no roads"));
+    assert!(refused(1, &["--road-seed", "7"]).contains("Toy-v0 has no roads"));
+}
+
+#[test]
+fn a_folder_that_is_no_run_is_called_by_name() {
+    let folder = temporary("no-run");
+    std::fs::create_dir_all(&folder).unwrap();
+    let message = complaint(1, &["eval", "--run", folder.to_str().unwrap()]);
+    assert!(message.contains("no-run") && message.contains("run.json is missing"), "{message}");
+    assert!(complaint(1, &["eval", "--run", "nowhere/at/all"]).contains("nowhere/at/all"));
+    assert!(complaint(2, &["eval"]).contains("--run"));
+}
+
+#[test]
+fn experiment_files_are_called_by_name() {
+    let message = complaint(1, &["run", "missing.toml"]);
+    assert!(message.starts_with("metal: missing.toml: cannot be read"), "{message}");
+    let toy = toy();
+    let message = complaint(1, &["run", &toy, "--set", "evaluation.runs=0"]);
+    assert!(
+        message.contains("toy.toml: --set evaluation.runs=0: evaluation.runs: 0: between 1"),
+        "{message}"
+    );
+    let bad = temporary("bad.toml");
+    let text = std::fs::read_to_string(&toy).unwrap();
+    std::fs::write(&bad, text.replace("runs = 20000", "runs = 0")).unwrap();
+    let line = text.lines().position(|l| l == "runs = 20000").unwrap() + 1;
+    let message = complaint(1, &["run", bad.to_str().unwrap(), "--out", "never"]);
+    assert!(message.contains(&format!("bad.toml:{line}: evaluation.runs: 0")), "{message}");
+    assert!(!temporary("never").exists(), "a refused experiment leaves nothing behind");
+    let message = complaint(1, &["reproduce", "--set", "phase.foa.rate.constant=7", "--out", "never"]);
+    assert!(
+        message.starts_with("metal: --set phase.foa.rate.constant=7: phase.foa.rate.constant: 7"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_called_by_name() {
+    let file = temporary("in-the-way");
+    std::fs::write(&file, "a file").unwrap();
+    let toy = toy();
+    let message = complaint(1, &tiny(&toy, file.to_str().unwrap()));
+    assert!(message.contains("in-the-way"), "{message}");
+}

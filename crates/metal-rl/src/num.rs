@@ -116,7 +116,7 @@ pub fn log_sum_exp(values: &[f64]) -> f64 {
 /// Turns `values` into soft-max probabilities in place.
 ///
 /// # Formula
-/// p[j] = exp(v[j]/T) / Σₖ exp(v[k]/T),  T: temperature, same unit as the values, > 0
+/// p\[j\] = exp(v\[j\]/T) / Σₖ exp(v\[k\]/T),  T: temperature, same unit as the values, > 0
 pub fn soft_max(values: &mut [f64], temperature: f64) {
     let top = max(values);
     let mut sum = 0.0;

@@ -32,7 +32,7 @@ pub struct Link {
 /// λ-returns of a chain of links, into `out` (same length).
 ///
 /// # Formula
-/// G[k] = R[k] + Γ[k] · ((1 − λ) · V[k+1] + λ · G[k+1]),  with G = V behind the last link.
+/// G\[k\] = R\[k\] + Γ\[k\] · ((1 − λ) · V\[k+1\] + λ · G\[k+1\]),  with G = V behind the last link.
 /// λ = 0: the one-step target of Q-learning (R + Γ max Q), λ = 1: what was really earned.
 ///
 /// # Panics

@@ -1,11 +1,11 @@
 //! Incremental Gaussian mixture network over states and values together: every component is a small linear model of
 //! the value (Heinen and Engel; Pinto and Engel 2015; Agostini and Celaya 2010).
 //!
-//! The published covariance step can lose positive definiteness (reading R32); ours is the exact weighted recursion on a Cholesky
-//! factor. With the value as the last dimension, that factor also holds the regression: its last row.
+//! The published covariance step can lose positive definiteness (reading R32); ours is the exact weighted recursion on
+//! a Cholesky factor. With the value as the last dimension, that factor also holds the regression: its last row.
 //!
 //! # Formula
-//! m_c(s) = μ_q + Σ_qs Σ_ss⁻¹ (s − μ_s) = μ_q + L[q][·] y,  y = L_ss⁻¹ (s − μ_s);  v_c = L[q][q]²
+//! m_c(s) = μ_q + Σ_qs Σ_ss⁻¹ (s − μ_s) = μ_q + L\[q\]\[·\] y,  y = L_ss⁻¹ (s − μ_s);  v_c = L\[q\]\[q\]²
 //! Q(s, a) = ρ₀ Q₀ + Σ_c ρ_c m_c(s);  Var(s, a) = Σ_c ρ_c (v_c + (m_c − Q)²) + ρ₀ (σ₀² + (Q₀ − Q)²)
 
 use super::absp::{Gaussians, LANES, Lane, MAX_FULL, NEGLIGIBLE, TOUCHED, chi_squared_quantile, with_rows};

@@ -35,10 +35,10 @@ pub struct Driving {
     pub accidents_own_fault: usize,
     /// Separate accidents somebody else caused.
     pub accidents_other_fault: usize,
-    /// Σ |turn[t] − turn[t−1]| / Σ distance, in radians per metre: how jerkily it steers. 0 on straights and on
+    /// Σ |turn\[t\] − turn\[t−1\]| / Σ distance, in radians per metre: how jerkily it steers. 0 on straights and on
     /// circles alike.
     pub turn_change_rad_per_m: Option<f64>,
-    /// Mean |turn[t] − turn[t−1]|, in radians per step.
+    /// Mean |turn\[t\] − turn\[t−1\]|, in radians per step.
     pub turn_change_rad_per_step: Option<f64>,
     /// Share of steps (from the second) whose speed differs from the step before.
     pub speed_change_share: Option<f64>,

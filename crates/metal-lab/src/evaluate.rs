@@ -135,7 +135,8 @@ pub fn best_blind_action(
 ) -> Result<usize, RunError> {
     let mut totals = Vec::new();
     for action in 0..plan.spec.actions.len() {
-        let candidate = Candidate { plan, mind, acting: &Acting::Blind, roster: IndexSet::EMPTY, blind: action };
+        let candidate =
+            Candidate { plan, mind, acting: &Acting::Blind, roster: IndexSet::EMPTY, blind: action };
         let runs = test(&candidate, course, streams, progress)?;
         totals.push(runs.iter().map(|r| r.motor).sum::<f64>());
     }

@@ -63,7 +63,8 @@ fn row(
 ) -> Option<AliasingRow> {
     let resolution = Resolution { state_cell: STATE_CELL, support_levels: q };
     let rate = |log: &Vec<Moment>| {
-        let logged = log.iter().map(|m| LoggedState { state: &m.state, action: m.action, decision: decision(m) });
+        let logged =
+            log.iter().map(|m| LoggedState { state: &m.state, action: m.action, decision: decision(m) });
         count(&logged.collect::<Vec<_>>(), resolution).pair_rate.map(|rate| rate.mean)
     };
     let rates: Vec<f64> = logs.iter().filter_map(rate).collect();
@@ -106,7 +107,12 @@ fn log(
         policy: &mut policy,
         scaling: driver.plan.file.scaling,
     };
-    let mut listener = Listener { tape, observer, tiny: driver.roster.minus(IndexSet::EMPTY.with(observer)), log: Vec::new() };
+    let mut listener = Listener {
+        tape,
+        observer,
+        tiny: driver.roster.minus(IndexSet::EMPTY.with(observer)),
+        log: Vec::new(),
+    };
     run(&mut stage, &phase, streams, &mut listener)?;
     Ok(listener.log)
 }

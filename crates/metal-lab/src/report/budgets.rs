@@ -59,9 +59,8 @@ fn words(phase: &str) -> String {
 
 /// The phases a subset watches stay as they are; the steps of all others become one phase of its own.
 fn fixed(file: &PlanFile, subsets: &SubsetsFile) -> Row {
-    let is_watched = |name: &&String| {
-        file.phase.get(*name).is_some_and(|row| row.acting == crate::plan::Acting::Advisor)
-    };
+    let is_watched =
+        |name: &&String| file.phase.get(*name).is_some_and(|row| row.acting == crate::plan::Acting::Advisor);
     let (watched, driven): (Vec<&String>, Vec<&String>) = subsets.budget_of.iter().partition(is_watched);
     let part = |name: &&String| {
         let row = file.phase.get(*name)?;
@@ -96,7 +95,10 @@ mod tests {
         assert!(what("(ACL)").ends_with("600 episodes of fusion, then 1800 episodes of attention"));
         assert_eq!(what("oracle"), "no learning");
         let fixed = what("Fixed subsets");
-        assert!(fixed.contains("600 episodes of fusion and 1800 episodes of attention have together"), "{fixed}");
+        assert!(
+            fixed.contains("600 episodes of fusion and 1800 episodes of attention have together"),
+            "{fixed}"
+        );
         assert!(fixed.contains("(mlp)"), "{fixed}");
     }
 

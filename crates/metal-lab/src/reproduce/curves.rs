@@ -48,7 +48,8 @@ pub fn looks_over_learning(traces: &[&Trace], blocks: usize, most: usize) -> Vec
     (0..blocks)
         .map(|b| {
             let range = b * episodes / blocks..(b + 1) * episodes / blocks;
-            let of_block = traces.iter().flat_map(|t| t.episodes[range.clone()].iter().flat_map(|e| e.looks.iter()));
+            let of_block =
+                traces.iter().flat_map(|t| t.episodes[range.clone()].iter().flat_map(|e| e.looks.iter()));
             let counts: Vec<usize> = of_block.map(|&l| usize::from(l)).collect();
             let share = looks::histogram(&counts, counts.len().max(1), most);
             let share = share.into_iter().next().map(|h| h.shares).unwrap_or_default();

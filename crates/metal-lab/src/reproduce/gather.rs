@@ -38,9 +38,15 @@ pub fn gather(outcome: &Outcome) -> Results {
     }
 }
 
-fn policies(table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>, outcome: &Outcome) -> Policies {
-    let cells = |s: &BTreeMap<String, Vec<Vec<EpisodeRecord>>>| s.iter().map(|(name, runs)| (name.clone(), cell(runs))).collect();
-    let mut policies: Policies = table.iter().map(|(name, scenarios)| (name.clone(), cells(scenarios))).collect();
+fn policies(
+    table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>,
+    outcome: &Outcome,
+) -> Policies {
+    let cells = |s: &BTreeMap<String, Vec<Vec<EpisodeRecord>>>| {
+        s.iter().map(|(name, runs)| (name.clone(), cell(runs))).collect()
+    };
+    let mut policies: Policies =
+        table.iter().map(|(name, scenarios)| (name.clone(), cells(scenarios))).collect();
     name_best(&mut policies, outcome);
     policies
 }
@@ -69,7 +75,8 @@ fn table2(outcome: &Outcome) -> BTreeMap<String, Table2> {
             let cell = |runs: &Vec<Vec<EpisodeRecord>>| table2_cell(&interleave(runs, most));
             scenarios.iter().filter_map(|(name, runs)| Some((name.clone(), cell(runs)?))).collect()
         };
-        let mut rows: Table2 = table.iter().map(|(policy, scenarios)| (policy.clone(), cells(scenarios))).collect();
+        let mut rows: Table2 =
+            table.iter().map(|(policy, scenarios)| (policy.clone(), cells(scenarios))).collect();
         name_best(&mut rows, outcome);
         rows
     };
@@ -102,7 +109,11 @@ fn main_roads() -> String {
     roads_name(&Roads::Training)
 }
 
-fn ratio_on(table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>, ours: &str, theirs: &str) -> Option<Estimate> {
+fn ratio_on(
+    table: &BTreeMap<String, BTreeMap<String, Vec<Vec<EpisodeRecord>>>>,
+    ours: &str,
+    theirs: &str,
+) -> Option<Estimate> {
     let runs = |policy: &str| -> Option<Vec<&Vec<Vec<EpisodeRecord>>>> {
         lookup::SCENARIOS.iter().map(|s| table.get(policy)?.get(*s)).collect()
     };
@@ -127,7 +138,7 @@ fn figures(outcome: &Outcome) -> Figures {
             })
             .collect(),
         looks_histograms: attention
-            .map(|phase| looks_over_learning(&traces(phase), 8, outcome.plan.members.len()))
+            .map(|phase| looks_over_learning(&traces(phase), 8, outcome.plan.spec.sensors.len()))
             .unwrap_or_default(),
         subset_front: front(outcome),
         sensitivity: sensitivity(outcome),
@@ -137,14 +148,21 @@ fn figures(outcome: &Outcome) -> Figures {
 
 fn front(outcome: &Outcome) -> Vec<FrontPoint> {
     let spec = &outcome.plan.spec;
-    let names = |sensors: metal_rl::set::IndexSet| sensors.iter().map(|s| spec.sensors[s].name.clone()).collect();
+    let names =
+        |sensors: metal_rl::set::IndexSet| sensors.iter().map(|s| spec.sensors[s].name.clone()).collect();
     let mut points: Vec<FrontPoint> = outcome
         .screened
         .iter()
         .filter_map(|s| {
             let totals: Vec<f64> = s.motor.iter().map(|m| m - s.price).collect();
             let (motor, total) = (over_seeds(&s.motor)?, over_seeds(&totals)?);
-            Some(FrontPoint { sensors: names(s.sensors), price: s.price, motor, total, stage: Stage::Screened })
+            Some(FrontPoint {
+                sensors: names(s.sensors),
+                price: s.price,
+                motor,
+                total,
+                stage: Stage::Screened,
+            })
         })
         .collect();
     let scenario = outcome.plan.file.environment.training_scenario();
@@ -166,7 +184,10 @@ fn sensitivity(outcome: &Outcome) -> BTreeMap<String, Vec<SeedPoint>> {
     let scenario = outcome.plan.file.environment.training_scenario();
     let row = |(policy, cells): (&String, &BTreeMap<String, Vec<Vec<EpisodeRecord>>>)| {
         let runs = cells.get(&scenario)?;
-        Some((policy.clone(), runs.iter().enumerate().filter_map(|(seed, runs)| seed_point(seed, runs)).collect()))
+        Some((
+            policy.clone(),
+            runs.iter().enumerate().filter_map(|(seed, runs)| seed_point(seed, runs)).collect(),
+        ))
     };
     let mut rows = table.iter().filter_map(row).collect();
     name_best(&mut rows, outcome);

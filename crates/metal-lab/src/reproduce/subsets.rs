@@ -48,10 +48,16 @@ pub fn name(plan: &Plan, sensors: IndexSet) -> String {
 ///
 /// # Errors
 /// If the plan has no such phases (a checked plan has).
-pub fn subset_plan(plan: &Plan, rows: &SubsetsFile, sensors: IndexSet, share: f64) -> Result<Plan, PlanError> {
+pub fn subset_plan(
+    plan: &Plan,
+    rows: &SubsetsFile,
+    sensors: IndexSet,
+    share: f64,
+) -> Result<Plan, PlanError> {
     let mut file = plan.file.clone();
     let sensors = sensors.iter().map(|s| plan.spec.sensors[s].name.clone()).collect();
-    file.member = BTreeMap::from([(SUBSET.to_owned(), MemberFile { sensors, learner: rows.learner.clone() })]);
+    file.member =
+        BTreeMap::from([(SUBSET.to_owned(), MemberFile { sensors, learner: rows.learner.clone() })]);
     file.attention.clear();
     file.policy.clear();
     file.subsets = None;
@@ -61,7 +67,12 @@ pub fn subset_plan(plan: &Plan, rows: &SubsetsFile, sensors: IndexSet, share: f6
     let like = file.phase[&rows.like].clone();
     let mut phases = BTreeMap::new();
     if let Some(name) = &watched {
-        let row = PhaseFile { roster: vec![SUBSET.into()], after: None, bootstrap: None, ..file.phase[name].clone() };
+        let row = PhaseFile {
+            roster: vec![SUBSET.into()],
+            after: None,
+            bootstrap: None,
+            ..file.phase[name].clone()
+        };
         phases.insert(name.clone(), row);
     }
     let steps = ((steps as f64 * share).round() as usize).max(1);
@@ -175,7 +186,8 @@ struct Screening<'a> {
 impl Screening<'_> {
     fn measure(&self, subsets: &[IndexSet]) -> Result<Vec<Screened>, RunError> {
         let seeds = self.rows.screening_seeds;
-        let jobs: Vec<(IndexSet, usize)> = subsets.iter().flat_map(|&s| (0..seeds).map(move |i| (s, i))).collect();
+        let jobs: Vec<(IndexSet, usize)> =
+            subsets.iter().flat_map(|&s| (0..seeds).map(move |i| (s, i))).collect();
         let motors: Vec<f64> = jobs.par_iter().map(|&job| self.one(job)).collect::<Result<_, RunError>>()?;
         let price = |s: IndexSet| s.iter().map(|i| self.plan.spec.sensors[i].price).sum();
         let rows = subsets.iter().zip(motors.chunks(seeds));

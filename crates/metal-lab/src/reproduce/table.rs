@@ -58,7 +58,9 @@ pub fn table2_cell(runs: &[&EpisodeRecord]) -> Option<Table2Cell> {
 }
 
 fn costs(runs: &[&EpisodeRecord]) -> Option<Costs> {
-    let over = |f: &dyn Fn(&EpisodeRecord) -> f64| over_seeds(&runs.iter().map(|r| r.per_step(f(r))).collect::<Vec<_>>());
+    let over = |f: &dyn Fn(&EpisodeRecord) -> f64| {
+        over_seeds(&runs.iter().map(|r| r.per_step(f(r))).collect::<Vec<_>>())
+    };
     let (motor, perceptual) = (over(&|r| r.motor)?, over(&|r| r.perceptual)?);
     Some(Costs { motor, perceptual, total: over(&|r| r.motor + r.perceptual)? })
 }

@@ -29,6 +29,9 @@ const STATE_CELL: f64 = 0.1;
 /// Drives per seed.
 const DRIVES: usize = 40;
 
+/// A space: its name, and where a moment lies in it.
+type Space = (&'static str, fn(&Moment) -> &[f64]);
+
 /// The rows of every space and level, means over seeds; none if the plan has no full observer.
 pub fn rows(
     garage: &Garage<'_>,
@@ -40,7 +43,7 @@ pub fn rows(
     for (i, (driver, (member, mind))) in drivers.iter().zip(observers).enumerate() {
         logs.push(log(garage, driver, (member, mind), &garage.streams.child("aliasing").nth(i as u64))?);
     }
-    let spaces: [(&str, fn(&Moment) -> &[f64]); 2] = [
+    let spaces: [Space; 2] = [
         ("decision space, all tiny agents heard", |m| &m.heard),
         ("decision space as attended", |m| &m.attended),
     ];
@@ -56,11 +59,7 @@ fn observers(outcome: &Outcome) -> Option<Vec<(usize, &Mind)>> {
     outcome.trained.iter().map(|seed| Some((member, &seed.get(phase)?.mind))).collect()
 }
 
-fn row(
-    logs: &[Vec<Moment>],
-    (space, decision): &(&str, fn(&Moment) -> &[f64]),
-    q: u32,
-) -> Option<AliasingRow> {
+fn row(logs: &[Vec<Moment>], (space, decision): &Space, q: u32) -> Option<AliasingRow> {
     let resolution = Resolution { state_cell: STATE_CELL, support_levels: q };
     let rate = |log: &Vec<Moment>| {
         let logged =

@@ -104,10 +104,10 @@ impl EnvironmentConfig {
 
     /// Switches the scenario, where there are several and `name` is one of them.
     pub fn set_scenario(&mut self, name: &str) {
-        if let Self::Highway(config) | Self::HighwayScripted(config) = self {
-            if let Some(scenario) = Scenario::ALL.iter().find(|s| s.name() == name) {
-                config.scenario = *scenario;
-            }
+        if let Self::Highway(config) | Self::HighwayScripted(config) = self
+            && let Some(scenario) = Scenario::ALL.iter().find(|s| s.name() == name)
+        {
+            config.scenario = *scenario;
         }
     }
 

@@ -88,6 +88,9 @@ fn branch(grove: &Grove<'_>, names: &[&str], parent: &Mind) -> Result<(), RunErr
 ///
 /// # Errors
 /// If the world fails or a learner cannot be built.
+///
+/// # Panics
+/// If the plan has no phase of this name.
 pub fn train_phase(
     plan: &Plan,
     name: &str,

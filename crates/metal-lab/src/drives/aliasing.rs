@@ -22,6 +22,9 @@ use metal_rl::run::{Stage, run};
 use metal_rl::set::IndexSet;
 use metal_worlds::highway::Scenario;
 
+/// A space by its name, and the point of it that a moment falls on.
+type Space = (&'static str, fn(&Moment) -> &[f64]);
+
 /// Quantisation levels of a degree of support: those of Table 3.
 const LEVELS: [u32; 2] = [4, 10];
 /// States are distinct if some scaled feature falls into another tenth of its range.
@@ -40,7 +43,7 @@ pub fn rows(
     for (i, (driver, (member, mind))) in drivers.iter().zip(observers).enumerate() {
         logs.push(log(garage, driver, (member, mind), &garage.streams.child("aliasing").nth(i as u64))?);
     }
-    let spaces: [(&str, fn(&Moment) -> &[f64]); 2] = [
+    let spaces: [Space; 2] = [
         ("decision space, all tiny agents heard", |m| &m.heard),
         ("decision space as attended", |m| &m.attended),
     ];
@@ -56,11 +59,7 @@ fn observers(outcome: &Outcome) -> Option<Vec<(usize, &Mind)>> {
     outcome.trained.iter().map(|seed| Some((member, &seed.get(phase)?.mind))).collect()
 }
 
-fn row(
-    logs: &[Vec<Moment>],
-    (space, decision): &(&str, fn(&Moment) -> &[f64]),
-    q: u32,
-) -> Option<AliasingRow> {
+fn row(logs: &[Vec<Moment>], (space, decision): &Space, q: u32) -> Option<AliasingRow> {
     let resolution = Resolution { state_cell: STATE_CELL, support_levels: q };
     let rate = |log: &Vec<Moment>| {
         let logged =

@@ -130,11 +130,11 @@ impl Plan {
     }
 
     pub(super) fn check_policy(&self, field: &str, row: &PolicyFile) -> Result<(), PlanError> {
-        if let Some(after) = &row.after {
-            if !self.file.phase.contains_key(after) {
-                let known = self.file.phase.keys().map(String::as_str);
-                return Err(unknown(format!("{field}.after"), "phase", after, known));
-            }
+        if let Some(after) = &row.after
+            && !self.file.phase.contains_key(after)
+        {
+            let known = self.file.phase.keys().map(String::as_str);
+            return Err(unknown(format!("{field}.after"), "phase", after, known));
         }
         self.check_roster(field, &row.roster)?;
         self.check_acting(field, &row.acting, &row.roster)?;

@@ -61,8 +61,9 @@ Examples:
   metal reproduce --seeds 10 --out runs/ten
   metal reproduce --set phase.attention.budget.episodes=3000 --set attention.acl.settings.price_ramp=0
 
-The folder gets report.html (open it first), results.json, records.csv (one row per test run), plan.toml (the
-experiment as it was run), run.json and the trained minds. The same seed gives the same numbers on any machine.";
+The folder gets report.html (open it first), results.json, records.csv (one row per test run),
+plan.toml (the experiment as it was run), run.json and the trained minds. The same seed gives the
+same numbers on any number of threads.";
 
 const RUN: &str = "\
 Examples:
@@ -70,8 +71,9 @@ Examples:
   metal run experiments/paper.toml --set phase.fusion.budget.episodes=100 --out runs/short
   metal run my.toml --set 'phase.fusion.acting={ fusion = \"log_opinion_pool\" }'
 
-Start from a copy of experiments/paper.toml; `metal list` names what can stand in it. A mistake is answered with file,
-line, field and what is allowed. A table of one choice, such as budget or acting, is replaced as a whole.";
+Start from a copy of experiments/paper.toml; `metal list` names what can stand in it. A mistake is
+answered with file, line, field and what is allowed. With --set, a table that holds one choice, such
+as budget or acting, is replaced as a whole.";
 
 const EVAL: &str = "\
 Examples:
@@ -92,6 +94,14 @@ Examples:
   metal completions zsh > ~/.zfunc/_metal
   metal completions fish > ~/.config/fish/completions/metal.fish";
 
+/// How results are printed.
+#[derive(Debug, Args)]
+pub struct Printing {
+    /// Print the results as JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// Options common to everything that trains.
 #[derive(Debug, Args)]
 pub struct Training {
@@ -110,9 +120,8 @@ pub struct Training {
     /// Override a field of the experiment: dotted key = TOML value; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Print the results as JSON instead of a table
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub printing: Printing,
     /// Threads (0: one per core); results do not depend on it
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
     pub threads: u16,

@@ -82,7 +82,7 @@ fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
     bar.finish();
     let outcome = outcome.with_context(|| format!("nothing was written to {}", out.display()))?;
     let results = finish::write(&outcome, &store)?;
-    if training.json {
+    if training.printing.json {
         return say_json(&results);
     }
     let scenario = outcome.plan.file.environment.training_scenario();

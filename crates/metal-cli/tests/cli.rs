@@ -1,4 +1,5 @@
 //! The command `metal` as a user meets it: help, examples, results on disk, and mistakes answered in plain words.
+#![allow(clippy::unwrap_used)]
 
 use expect_test::expect_file;
 use serde_json::Value;

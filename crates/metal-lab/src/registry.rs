@@ -104,9 +104,8 @@ impl EnvironmentConfig {
 
     /// Switches the scenario, where there are several and `name` is one of them.
     pub fn set_scenario(&mut self, name: &str) {
-        if let Self::Highway(config) | Self::HighwayScripted(config) = self
-            && let Some(scenario) = Scenario::ALL.iter().find(|s| s.name() == name)
-        {
+        let known = Scenario::ALL.iter().find(|s| s.name() == name);
+        if let (Self::Highway(config) | Self::HighwayScripted(config), Some(scenario)) = (self, known) {
             config.scenario = *scenario;
         }
     }

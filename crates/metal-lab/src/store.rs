@@ -192,7 +192,16 @@ impl Store {
             return Err(StoreError::Damaged { path, reason: "not a mind file".into() });
         };
         let thawed = frozen::open::<FrozenMind>(MIND, body).and_then(|frozen| Mind::thaw(plan, &frozen));
-        thawed.map_err(|source| StoreError::Learner { path, source })
+        let mind = match thawed {
+            Ok(mind) => mind,
+            Err(source) => return Err(StoreError::Learner { path, source }),
+        };
+        let unborn =
+            |name: &&String| plan.is_trained_by(Some(phase), name) && !mind.attention.contains_key(*name);
+        match plan.file.attention.keys().find(unborn) {
+            Some(name) => Err(StoreError::Damaged { path, reason: format!("attention `{name}` is missing") }),
+            None => Ok(mind),
+        }
     }
 }
 

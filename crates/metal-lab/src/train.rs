@@ -6,6 +6,7 @@ use crate::progress::Progress;
 use crate::trace::Trace;
 use metal_rl::environment::EnvironmentError;
 use metal_rl::learner::LearnerError;
+use metal_rl::member::Member;
 use metal_rl::observe::{Observer, Step};
 use metal_rl::policy::Policy;
 use metal_rl::random::Streams;
@@ -88,9 +89,6 @@ fn branch(grove: &Grove<'_>, names: &[&str], parent: &Mind) -> Result<(), RunErr
 ///
 /// # Errors
 /// If the world fails or a learner cannot be built.
-///
-/// # Panics
-/// If the plan has no phase of this name.
 pub fn train_phase(
     plan: &Plan,
     name: &str,
@@ -103,29 +101,19 @@ pub fn train_phase(
     let mut environment = plan.file.environment.build()?;
     let streams = streams.child("phase").child(name);
     let mut observer = Watcher { trace: Trace::new(&plan.spec), progress };
-    if let Acting::Attention(controller) = &row.acting {
-        mind.bear_attention(plan, controller, phase.roster, &streams)?;
-        // Taken out for the phase, so that what it learns stays with this mind.
-        let mut attention = mind.attention.remove(controller).expect("born a line above");
+    let mut learn = |members: &mut [Member], policy: &mut dyn Policy| {
         let scaling = plan.file.scaling;
-        let mut stage = Stage {
-            environment: environment.as_mut(),
-            members: &mut mind.members,
-            policy: &mut attention,
-            scaling,
-        };
-        run(&mut stage, &phase, &streams, &mut observer)?;
+        let mut stage = Stage { environment: environment.as_mut(), members, policy, scaling };
+        run(&mut stage, &phase, &streams, &mut observer)
+    };
+    if let Acting::Attention(controller) = &row.acting {
+        // Taken out for the phase, so that what it learns stays with this mind.
+        let mut attention = mind.take_attention(plan, controller, phase.roster, &streams)?;
+        learn(&mut mind.members, &mut attention)?;
         mind.attention.insert(controller.clone(), attention);
     } else {
-        let mut policy: Box<dyn Policy> = mind.policy(plan, &row.acting, phase.roster, 0);
-        let scaling = plan.file.scaling;
-        let mut stage = Stage {
-            environment: environment.as_mut(),
-            members: &mut mind.members,
-            policy: policy.as_mut(),
-            scaling,
-        };
-        run(&mut stage, &phase, &streams, &mut observer)?;
+        let mut policy = mind.policy(plan, &row.acting, phase.roster, 0);
+        learn(&mut mind.members, policy.as_mut())?;
     }
     if progress.interrupted() {
         return Err(RunError::Interrupted);

@@ -1,5 +1,6 @@
 //! Phase III on the real highway: what nobody attended is never read, by nobody, at no moment. The world itself keeps
 //! the minutes, and so do the policy and every learner; the closing decision behind a time limit is no exception.
+#![allow(clippy::unwrap_used)]
 
 use metal_lab::experiments;
 use metal_lab::mind::Mind;

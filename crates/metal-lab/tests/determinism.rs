@@ -1,5 +1,6 @@
 //! The same seed gives the same bits: again, and on any number of threads. Another seed gives others. A bystander
 //! changes nobody.
+#![allow(clippy::unwrap_used)]
 
 use metal_lab::experiments;
 use metal_lab::mind::Mind;

@@ -1,5 +1,6 @@
 //! Golden playthroughs: a dozen motor steps of every kind of run, as text a person can follow. A change of any number
 //! that a learner, a sensor or a reward depends on shows up here. To accept a change: `UPDATE_EXPECT=1 cargo test`.
+#![allow(clippy::unwrap_used)]
 
 use expect_test::expect_file;
 use metal_lab::evaluate::{Candidate, Course, watch};
@@ -104,15 +105,23 @@ fn the_demonstration_on_the_highway() {
 
 #[test]
 fn attention_on_the_highway() {
-    let short = ["phase.fusion.budget.episodes=3", "phase.attention.budget.episodes=12"];
-    let plan = parse(experiments::PAPER, &short);
+    // After so little practice nobody would look at all, if one look were not the least.
+    let plan = parse(
+        experiments::PAPER,
+        &[
+            "phase.fusion.budget.episodes=3",
+            "phase.attention.budget.episodes=12",
+            "attention.acl.settings.min_looks=1",
+            "attention.acl.settings.price_ramp=1.0",
+        ],
+    );
     let mind = trained(&plan, &["demonstration", "fusion", "attention"]);
     expect_file!["golden/highway-attention.txt"].assert_eq(&tested(&plan, &mind, "acl"));
 }
 
 #[test]
 fn attention_on_the_toy() {
-    let plan = parse(experiments::TOY, &["phase.attention.budget.episodes=600"]);
+    let plan = parse(experiments::TOY, &["phase.attention.budget.episodes=3000"]);
     let mind = trained(&plan, &["attention"]);
     expect_file!["golden/toy.txt"].assert_eq(&tested(&plan, &mind, "acl"));
 }

@@ -1,4 +1,5 @@
 //! Run folders that were damaged, cut, mixed up or made by somebody else: errors that name the file, and never a panic.
+#![allow(clippy::unwrap_used)]
 
 use metal_lab::mind::{FROZEN_VERSION, FrozenMind, Mind};
 use metal_lab::plan::{self, Plan};
@@ -54,7 +55,7 @@ fn evaluate(root: &Path) -> Result<(), String> {
 /// What is said when `name` of a folder is spoiled; it must begin with the path of what is wrong.
 fn complaint(store: &Store, name: &str) -> String {
     let message = evaluate(store.root()).expect_err("this folder is spoiled");
-    let path: PathBuf = store.path(name);
+    let path: PathBuf = if name.is_empty() { store.root().to_path_buf() } else { store.path(name) };
     assert!(message.starts_with(&path.display().to_string()), "{message} does not name {}", path.display());
     message
 }

@@ -1,4 +1,5 @@
 //! Attention control against its exact optimum: the regression test of the paper's phase III.
+#![allow(clippy::unwrap_used)]
 
 use metal_lab::experiments;
 use metal_lab::plan;
@@ -31,7 +32,7 @@ fn total(runs: &[&EpisodeRecord]) -> (f64, f64) {
 
 #[test]
 fn attention_comes_near_the_optimum_and_nobody_beats_it() {
-    let plan = plan::parse(experiments::TOY, &[]).unwrap();
+    let plan = plan::parse(experiments::TOY, &["evaluation.runs=8000".into()]).unwrap();
     let options = Options { seeds: 1, seed: 1, quick: false, all_subsets: false };
     let outcome = execute(plan, options, &Silent).unwrap();
     let of = |policy: &str| total(&runs(&outcome, policy));

@@ -14,7 +14,7 @@ use metal_rl::policies::{Advisor, Attention, AttentionConfig, Blind, Solo};
 use metal_rl::policy::Policy;
 use metal_rl::random::Streams;
 use metal_rl::returns::Credit;
-use metal_rl::run::{Stage, run};
+use metal_rl::run::{Decided, Stage, decide, run};
 use metal_rl::set::IndexSet;
 use metal_rl::view::{Scaling, View};
 use std::sync::{Arc, Mutex};
@@ -268,4 +268,24 @@ fn benched_members_cannot_be_consulted() {
     let (mut members, _) = members(&world.spec);
     let benched = Phase { roster: IndexSet::first(1), ..phase(Sensing::OnDemand, Budget::Episodes(1)) };
     go(&mut world, &mut members, &mut Solo::new(1, 2), &benched);
+}
+
+#[test]
+fn a_decision_reads_what_it_asks_for_and_moves_nothing() {
+    let mut world = Ledger::new(5, usize::MAX);
+    let reads = world.reads.clone();
+    let (mut members, taught) = members(&world.spec);
+    let mut policy = Solo::new(1, 2);
+    let mut stage = Stage {
+        environment: &mut world,
+        members: &mut members,
+        policy: &mut policy,
+        scaling: Scaling::Linear,
+    };
+    let phase = phase(Sensing::OnDemand, Budget::Episodes(1));
+    let decided = decide(&mut stage, &phase, &Streams::new(1)).unwrap();
+    assert_eq!(decided, Decided { order: vec![1], action: 0, look_price: 2.0 });
+    assert_eq!(decide(&mut stage, &phase, &Streams::new(1)).unwrap(), decided);
+    assert_eq!((reads.lock().unwrap().as_slice(), world.time), (&[(0, 1), (0, 1)][..], 0));
+    assert!(taught.iter().all(|t| t.lock().unwrap().is_empty()));
 }

@@ -32,6 +32,9 @@ const STATE_CELL: f64 = 0.1;
 /// Drives per seed.
 const DRIVES: usize = 40;
 
+/// A space: its name, and where a moment lies in it.
+type Space = (&'static str, fn(&Moment) -> &[f64]);
+
 /// The rows of every space and level, means over seeds; none if the plan has no full observer.
 pub fn rows(
     garage: &Garage<'_>,

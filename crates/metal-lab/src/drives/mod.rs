@@ -10,8 +10,9 @@ mod test_drive;
 
 use crate::evaluate::Candidate;
 use crate::plan::{Acting, Plan};
-use crate::registry::{Roads, highway};
+use crate::registry::{Roads, highway, roads_name};
 use crate::reproduce::Outcome;
+use crate::reproduce::table::total;
 use crate::results::Figures;
 use crate::train::RunError;
 use metal_rl::random::Streams;
@@ -33,11 +34,11 @@ pub fn figures(outcome: &Outcome) -> Result<Figures, RunError> {
         ..Figures::default()
     };
     let drivers = drivers(outcome);
-    let Some(first) = drivers.first() else { return Ok(road_only) };
+    let Some(middling) = middling(outcome).and_then(|seed| drivers.get(seed)) else { return Ok(road_only) };
     Ok(Figures {
         table1: situations::rows(&garage, &drivers)?,
-        fig11: Some(test_drive::record(&garage, first)?),
-        look_map: Some(look_map::draw(&garage, first)?),
+        fig11: Some(test_drive::record(&garage, middling)?),
+        look_map: Some(look_map::draw(&garage, middling)?),
         aliasing_empirical: aliasing::rows(&garage, outcome, &drivers)?,
         ..road_only
     })
@@ -79,6 +80,16 @@ fn drivers(outcome: &Outcome) -> Vec<Candidate<'_>> {
         blind: outcome.blind,
     };
     outcome.trained.iter().filter_map(|seed| Some(driver(&seed.get(phase)?.mind))).collect()
+}
+
+/// The seed whose driver costs the median on the road of learning: neither the luckiest nor the unluckiest is shown.
+fn middling(outcome: &Outcome) -> Option<usize> {
+    let scenario = outcome.plan.file.environment.training_scenario();
+    let runs = outcome.tables.get(&roads_name(&Roads::Training))?.get(DRIVER)?.get(&scenario)?;
+    let totals: Vec<f64> = runs.iter().map(|seed| total(seed)).collect();
+    let mut seeds: Vec<usize> = (0..totals.len()).collect();
+    seeds.sort_by(|&a, &b| totals[a].total_cmp(&totals[b]));
+    seeds.get(seeds.len() / 2).copied()
 }
 
 /// Names of the sensors that consulting `members` in this order reads, each once.

@@ -14,8 +14,8 @@ pub fn draw(results: &Results) -> Option<Figure> {
         panel("Accumulated reward", &drive.accumulated),
     ];
     let caption = format!(
-        "Attention control drives on a road it was not trained on ({}), looks included (paper: Fig. 11, on the real \
-         miniature road).",
+        "Attention control (the training of median cost) drives on a road it was not trained on ({}), looks included \
+         (paper: Fig. 11, on the real miniature road).",
         drive.road
     );
     Some(Figure { id: "fig11", caption, panels })

@@ -19,7 +19,7 @@ pub fn draw(results: &Results) -> Option<Figure> {
     };
     let panels: Vec<String> = charts.into_iter().map(panel).collect();
     let caption = "Cost per motor step: motor (solid) plus perceptual (pale). Shorter is better; the number at the right is our total. Whiskers: 95 % \
-                   interval of the total. Diamonds: the paper's Table 2 (10 runs of 50 steps in Webots).";
+                   interval of the total, cut where it leaves the chart. Diamonds: the paper's Table 2 (10 runs of 50 steps in Webots).";
     (!panels.is_empty()).then(|| Figure { id: "headline", caption: caption.to_owned(), panels })
 }
 
@@ -41,6 +41,7 @@ fn bar(results: &Results, policy: &str, scenario: &str) -> Option<Bar> {
 
 fn farthest(bar: &Bar) -> f64 {
     let sum = bar.parts[0] + bar.parts[1];
-    let low = bar.band.map_or(sum, |(lo, _)| lo);
+    // A huge interval must not press all bars together; it is cut instead.
+    let low = bar.band.map_or(sum, |(lo, _)| lo.max(2.0 * sum));
     sum.min(low).min(bar.reference.unwrap_or(0.0))
 }

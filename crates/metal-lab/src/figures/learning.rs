@@ -20,7 +20,7 @@ pub fn draw(results: &Results) -> Option<Figure> {
         panel(results, ("Motor part alone", "motor cost per motor step"), |p| &p.motor),
         panel(results, ("Price paid for looking", "perceptual cost per motor step"), |p| &p.perceptual),
     ];
-    let caption = "Reward during learning, mean over trainings with its 95 % interval (paper: Fig. 8, five runs). \
+    let caption = "Reward during learning, mean over trainings with its 95 % interval, cut where it leaves the chart (paper: Fig. 8, five runs). \
                    FOA and fusion always pay for all they see; attention control learns what to pay for.";
     Some(Figure { id: "fig8", caption: caption.to_owned(), panels })
 }

@@ -13,8 +13,8 @@ pub fn draw(results: &Results) -> Option<Figure> {
         panel(map, ("Number of looks", &looks_keys(map)), |p| policy::looks_ink(p.looks as usize))?;
     let by_first =
         panel(map, ("Sensor read first", &sensor_keys(map)), |p| policy::sensor_ink(p.first.as_deref()))?;
-    let caption = "Where on the road attention control looks how often, and where it looks first. One point per motor \
-                   decision.";
+    let caption = "Where on the road attention control (the training of median cost) looks how often, and where it \
+                   looks first. One point per motor decision.";
     Some(Figure { id: "look_map", caption: caption.to_owned(), panels: vec![by_looks, by_first] })
 }
 

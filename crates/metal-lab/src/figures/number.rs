@@ -47,7 +47,10 @@ pub fn percent(share: f64) -> String {
 /// A probability: plain if it is not tiny, otherwise with a power of ten.
 #[must_use]
 pub fn probability(p: f64) -> String {
-    if p == 0.0 || p >= 1e-3 {
+    if p == 0.0 {
+        return "0".to_owned();
+    }
+    if p >= 1e-3 {
         return fixed(p, 4);
     }
     let text = format!("{p:.2e}");

@@ -126,7 +126,7 @@ fn draw_subsets(svg: &mut Svg, frame: &Frame, subsets: &[FrontPoint]) -> Vec<Lab
         let at = frame.at(subset.price, subset.motor.mean);
         let (radius, opacity) = if subset.stage == Stage::Confirmed { (5.0, 1.0) } else { (4.0, 0.35) };
         svg.circle(at, radius, Paint::fill(Ink("fixed")).faded(opacity));
-        let label = Label { at, text: subset.sensors.join("+"), optional: true };
+        let label = Label { at, text: name(subset), optional: true };
         let is_on_front = on_front.iter().any(|p| std::ptr::eq(*p, subset));
         if is_on_front {
             labels.push(label)
@@ -136,4 +136,12 @@ fn draw_subsets(svg: &mut Svg, frame: &Frame, subsets: &[FrontPoint]) -> Vec<Lab
     }
     labels.append(&mut others);
     labels
+}
+
+/// The sensors; all of them together have a name that is too long for the chart.
+fn name(subset: &FrontPoint) -> String {
+    if subset.sensors.len() == policy::SENSORS.len() {
+        return "all sensors".to_owned();
+    }
+    subset.sensors.join("+")
 }

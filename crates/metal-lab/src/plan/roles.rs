@@ -130,9 +130,7 @@ impl Plan {
     }
 
     pub(super) fn check_policy(&self, field: &str, row: &PolicyFile) -> Result<(), PlanError> {
-        if let Some(after) = &row.after
-            && !self.file.phase.contains_key(after)
-        {
+        if let Some(after) = row.after.as_ref().filter(|a| !self.file.phase.contains_key(*a)) {
             let known = self.file.phase.keys().map(String::as_str);
             return Err(unknown(format!("{field}.after"), "phase", after, known));
         }
@@ -150,7 +148,8 @@ impl Plan {
     }
 
     /// Whether attention controller `name` acts in `phase` or in one it starts from.
-    fn is_trained_by(&self, phase: Option<&str>, name: &str) -> bool {
+    #[must_use]
+    pub fn is_trained_by(&self, phase: Option<&str>, name: &str) -> bool {
         let Some(row) = phase.and_then(|p| self.file.phase.get(p)) else { return false };
         row.acting == Acting::Attention(name.to_owned()) || self.is_trained_by(row.after.as_deref(), name)
     }

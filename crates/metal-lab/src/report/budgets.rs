@@ -23,10 +23,14 @@ pub struct Row {
 #[must_use]
 pub fn rows(results: &Results) -> Vec<Row> {
     let Ok(file) = PlanFile::deserialize(&results.config) else { return Vec::new() };
-    let mut groups: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut groups: Vec<(String, Vec<String>)> = Vec::new();
     for name in policy::ordered(file.policy.keys()) {
         let what = chain(&file.phase, file.policy[name].after.as_deref());
-        groups.entry(what).or_default().push(policy::label(name, results));
+        let who = policy::label(name, results);
+        match groups.iter_mut().find(|(known, _)| *known == what) {
+            Some((_, all)) => all.push(who),
+            None => groups.push((what, vec![who])),
+        }
     }
     let mut rows: Vec<Row> =
         groups.into_iter().map(|(what, who)| Row { who: who.join("; "), what }).collect();

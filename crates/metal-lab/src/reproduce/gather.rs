@@ -138,7 +138,7 @@ fn figures(outcome: &Outcome) -> Figures {
             })
             .collect(),
         looks_histograms: attention
-            .map(|phase| looks_over_learning(&traces(phase), 8, outcome.plan.members.len()))
+            .map(|phase| looks_over_learning(&traces(phase), 8, outcome.plan.spec.sensors.len()))
             .unwrap_or_default(),
         subset_front: front(outcome),
         sensitivity: sensitivity(outcome),

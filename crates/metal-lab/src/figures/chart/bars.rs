@@ -76,7 +76,7 @@ fn draw_bar(svg: &mut Svg, scale: &Scale, bar: &Bar, y: f64) {
     svg.rect(part(middle, end), Paint::fill(bar.ink).faded(0.4));
     let centre = y + height / 2.0;
     if let Some((lo, hi)) = bar.band {
-        draw_whisker(svg, (scale.at(lo), scale.at(hi)), centre);
+        draw_whisker(svg, scale, (lo, hi), centre);
     }
     if let Some(reference) = bar.reference {
         draw_diamond(svg, (scale.at(reference), centre));
@@ -86,11 +86,12 @@ fn draw_bar(svg: &mut Svg, scale: &Scale, bar: &Bar, y: f64) {
     svg.text((WIDTH - 4.0, centre + 4.0), Anchor::End, "value", &number::fixed(sum, 1));
 }
 
-fn draw_whisker(svg: &mut Svg, (from, to): (f64, f64), y: f64) {
+/// An interval; where it leaves the chart it is cut and has no cap.
+fn draw_whisker(svg: &mut Svg, scale: &Scale, (lo, hi): (f64, f64), y: f64) {
     let paint = Paint::line(Ink::TEXT, 1.4);
-    svg.line((from, y), (to, y), paint);
-    for end in [from, to] {
-        svg.line((end, y - 4.0), (end, y + 4.0), paint);
+    svg.line((scale.at(scale.inside(lo)), y), (scale.at(scale.inside(hi)), y), paint);
+    for end in [lo, hi].into_iter().filter(|&end| scale.inside(end) == end) {
+        svg.line((scale.at(end), y - 4.0), (scale.at(end), y + 4.0), paint);
     }
 }
 

@@ -53,6 +53,8 @@ pub struct LineChart {
 
 const WIDTH: f64 = 460.0;
 const PLOT_HEIGHT: f64 = 230.0;
+/// How far bands may widen the chart beyond the lines, as a share of the lines' own range.
+const BAND_ROOM: f64 = 0.5;
 
 impl LineChart {
     /// The chart as an `<svg>` element.
@@ -91,10 +93,14 @@ impl LineChart {
         Axis::around(&self.x_label, self.points().map(|p| p.x))
     }
 
+    /// Room for the lines, and for their bands as far as they do not press the lines together.
     fn y_axis(&self) -> Axis {
-        let values = self.points().flat_map(|p| {
+        let (low, high) =
+            self.points().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.y), h.max(p.y)));
+        let room = BAND_ROOM * (high - low).max(0.1 * low.abs().max(high.abs()));
+        let values = self.points().flat_map(move |p| {
             let (lo, hi) = p.band.unwrap_or((p.y, p.y));
-            [lo, p.y, hi]
+            [lo.max(low - room), p.y, hi.min(high + room)]
         });
         Axis::around(&self.y_label, values)
     }
@@ -102,9 +108,9 @@ impl LineChart {
 
 fn draw_band(svg: &mut Svg, frame: &Frame, series: &Series) {
     let banded = || series.points.iter().filter_map(|p| p.band.map(|band| (p.x, band)));
-    let upper = banded().map(|(x, (_, hi))| frame.at(x, hi));
+    let upper = banded().map(|(x, (_, hi))| frame.at(x, frame.y.inside(hi)));
     let mut outline: Vec<_> = upper.collect();
-    let mut lower: Vec<_> = banded().map(|(x, (lo, _))| frame.at(x, lo)).collect();
+    let mut lower: Vec<_> = banded().map(|(x, (lo, _))| frame.at(x, frame.y.inside(lo))).collect();
     lower.reverse();
     outline.append(&mut lower);
     if outline.len() > 3 {

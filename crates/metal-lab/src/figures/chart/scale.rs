@@ -23,6 +23,12 @@ impl Scale {
         let share = if width.abs() > 0.0 { (value - self.from.0) / width } else { 0.5 };
         self.to.0 + share * (self.to.1 - self.to.0)
     }
+
+    /// The value of the domain that is nearest to `value`.
+    #[must_use]
+    pub fn inside(&self, value: f64) -> f64 {
+        value.clamp(self.from.0.min(self.from.1), self.from.0.max(self.from.1))
+    }
 }
 
 /// About `count` round numbers that cover the values between `low` and `high`; the first and last enclose them.

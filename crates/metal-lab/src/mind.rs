@@ -52,24 +52,23 @@ impl Mind {
         Ok(Self { members, attention: BTreeMap::new() })
     }
 
-    /// Gives birth to the attention controller `name` over `roster`, if it is not there yet.
+    /// Takes the attention controller `name` out of the mind; a newborn one over `roster` if there is none yet.
     ///
     /// # Errors
     /// If its learner refuses its settings.
-    pub fn bear_attention(
+    pub fn take_attention(
         &mut self,
         plan: &Plan,
         name: &str,
         roster: IndexSet,
         streams: &Streams,
-    ) -> Result<(), LearnerError> {
-        if self.attention.contains_key(name) {
-            return Ok(());
+    ) -> Result<Attention, LearnerError> {
+        if let Some(attention) = self.attention.remove(name) {
+            return Ok(attention);
         }
         let (dims, config) = self.attention_shape(plan, name, roster);
         let learner = config.build(dims, streams.child("attention").child(name).seed())?;
-        self.insert_attention(plan, name, roster, learner);
-        Ok(())
+        Ok(self.attention_with(plan, name, roster, learner))
     }
 
     fn attention_shape(
@@ -84,19 +83,18 @@ impl Mind {
         (dims, plan.file.learner[&row.learner].clone())
     }
 
-    fn insert_attention(
-        &mut self,
+    fn attention_with(
+        &self,
         plan: &Plan,
         name: &str,
         roster: IndexSet,
         learner: Box<dyn metal_rl::learner::Learner>,
-    ) {
+    ) -> Attention {
         let members: Vec<usize> = roster.iter().collect();
         let prices = members.iter().map(|&m| self.members[m].price(&plan.spec)).collect();
         let dims = decision_dims(&self.members, &plan.spec);
         let settings = plan.file.attention[name].settings.clone();
-        let attention = Attention::new(settings, learner, &dims, Consultable { members, prices });
-        self.attention.insert(name.to_owned(), attention);
+        Attention::new(settings, learner, &dims, Consultable { members, prices })
     }
 
     /// Puts somebody at the wheel. An attention controller must have been born.
@@ -163,7 +161,8 @@ impl Mind {
             if learner.dims() != dims {
                 return Err(damaged(format!("attention `{name}` has another shape than the plan")));
             }
-            mind.insert_attention(plan, name, roster, learner);
+            let attention = mind.attention_with(plan, name, roster, learner);
+            mind.attention.insert(name.clone(), attention);
         }
         Ok(mind)
     }

@@ -155,7 +155,7 @@ fn attention(plan: &Plan) -> (Vec<Event>, Vec<usize>) {
         mind = train_phase(plan, phase, mind, &streams, &Silent).unwrap().mind;
     }
     let phase = plan.phase("attention");
-    mind.bear_attention(plan, "acl", phase.roster, &streams).unwrap();
+    let mut acl = mind.take_attention(plan, "acl", phase.roster, &streams).unwrap();
     let counts: Vec<Arc<Mutex<usize>>> = mind.members.iter().map(|_| Arc::default()).collect();
     for (member, learned) in mind.members.iter_mut().zip(&counts) {
         let learner = member.learner.clone();
@@ -163,8 +163,7 @@ fn attention(plan: &Plan) -> (Vec<Event>, Vec<usize>) {
     }
     let minutes = Minutes::default();
     let mut world = Recording(plan.file.environment.build().unwrap(), minutes.clone());
-    let acl = mind.attention.get_mut("acl").unwrap();
-    let mut policy = Witness(acl, minutes.clone());
+    let mut policy = Witness(&mut acl, minutes.clone());
     let (members, scaling) = (&mut mind.members, plan.file.scaling);
     let mut stage = Stage { environment: &mut world, members, policy: &mut policy, scaling };
     run(&mut stage, &phase, &streams, &mut Shown(minutes.clone())).unwrap();

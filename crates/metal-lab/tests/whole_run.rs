@@ -52,7 +52,7 @@ fn what_a_run_writes_can_be_read_drawn_and_driven_again() {
     for (seed, phase) in (0..card.seeds).flat_map(|seed| plan.order.iter().map(move |p| (seed, p))) {
         store.read_mind(&plan, seed, phase).unwrap();
     }
-    let again = reevaluate::on(&store, &Roads::Training, RUNS_PER_SEED).unwrap();
+    let again = reevaluate::on(&store, Some(&Roads::Training), RUNS_PER_SEED).unwrap();
     assert_eq!(again.policies, results.policies);
 }
 

@@ -22,9 +22,6 @@ use metal_rl::run::{Stage, run};
 use metal_rl::set::IndexSet;
 use metal_worlds::highway::Scenario;
 
-/// A space by its name, and the point of it that a moment falls on.
-type Space = (&'static str, fn(&Moment) -> &[f64]);
-
 /// Quantisation levels of a degree of support: those of Table 3.
 const LEVELS: [u32; 2] = [4, 10];
 /// States are distinct if some scaled feature falls into another tenth of its range.

@@ -1,5 +1,6 @@
 //! The paper's experiment from end to end, with budgets of a few episodes: everything it writes can be read back, and
 //! the minds it wrote drive exactly as those it tested.
+#![allow(clippy::unwrap_used)]
 
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;

@@ -1,4 +1,4 @@
-//! Experiments as data: what is typed ([`file`]), what it means once checked ([`Plan`]).
+//! Experiments as data: what is typed ([`mod@file`]), what it means once checked ([`Plan`]).
 
 mod check;
 pub mod error;

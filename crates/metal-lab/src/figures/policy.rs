@@ -4,16 +4,29 @@ use super::chart::Ink;
 use crate::results::Results;
 
 /// The policies with a name of their own, in the order of the report; fixed subsets follow.
-pub const ORDER: [&str; 9] =
-    ["acl", "acl_paper", "foa", "fusion", "fusion_log_pool", "best_fixed", "random", "blind", "oracle"];
+pub const ORDER: [&str; 11] = [
+    "acl",
+    "acl_decision",
+    "acl_paper",
+    "foa",
+    "foa_paper",
+    "fusion",
+    "fusion_log_pool",
+    "best_fixed",
+    "random",
+    "blind",
+    "oracle",
+];
 
 /// The policy's name for people.
 #[must_use]
 pub fn label(policy: &str, results: &Results) -> String {
     let known = match policy {
         "acl" => "Attention control (ACL)",
+        "acl_decision" => "ACL in the decision space",
         "acl_paper" => "ACL as printed",
         "foa" => "Full observer (FOA)",
+        "foa_paper" => "FOA, paper's learner",
         "fusion" => "Fusion",
         "fusion_log_pool" => "Fusion, log pool",
         "random" => "Random attention",
@@ -35,8 +48,10 @@ fn best_fixed_label(results: &Results) -> String {
 pub fn short_label(policy: &str) -> String {
     let known = match policy {
         "acl" => "ACL",
+        "acl_decision" => "ACL, decision space",
         "acl_paper" => "ACL as printed",
         "foa" => "FOA",
+        "foa_paper" => "FOA, paper's learner",
         "fusion" => "fusion",
         "fusion_log_pool" => "fusion, log pool",
         "best_fixed" => "best fixed subset",
@@ -53,8 +68,10 @@ pub fn short_label(policy: &str) -> String {
 pub fn ink(policy: &str) -> Ink {
     Ink(match policy {
         "acl" => "acl",
+        "acl_decision" => "acl-decision",
         "acl_paper" => "acl-paper",
         "foa" => "foa",
+        "foa_paper" => "foa-paper",
         "fusion" => "fusion",
         "fusion_log_pool" => "fusion-pool",
         "random" => "random",

@@ -9,8 +9,18 @@ use crate::results::{FrontPoint, Results, Stage};
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 360.0;
 const LEFT: f64 = 70.0;
-const POLICIES: [&str; 8] =
-    ["acl", "acl_paper", "foa", "fusion", "fusion_log_pool", "random", "blind", "oracle"];
+const POLICIES: [&str; 10] = [
+    "acl",
+    "acl_decision",
+    "acl_paper",
+    "foa",
+    "foa_paper",
+    "fusion",
+    "fusion_log_pool",
+    "random",
+    "blind",
+    "oracle",
+];
 
 /// Draws the front; `None` unless some fixed subset was measured.
 #[must_use]

@@ -93,7 +93,7 @@ fn interleave(runs: &[Vec<EpisodeRecord>], most: usize) -> Vec<&EpisodeRecord> {
 fn ratios(outcome: &Outcome) -> BTreeMap<String, Estimate> {
     let mut ratios = BTreeMap::new();
     let best = outcome.best_fixed.clone().unwrap_or_default();
-    for ours in ["acl", "acl_paper"] {
+    for ours in ["acl", "acl_decision", "acl_paper"] {
         for (name, theirs) in [("foa", "foa"), ("fusion", "fusion"), ("best_fixed", best.as_str())] {
             for (roads, table) in &outcome.tables {
                 let Some(estimate) = ratio_on(table, ours, theirs) else { continue };

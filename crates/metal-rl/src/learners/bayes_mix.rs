@@ -30,7 +30,7 @@ pub struct BayesMixConfig {
 
 impl Default for BayesMixConfig {
     fn default() -> Self {
-        let mixture = MixtureConfig { shape: Shape::Resp { least: 0.002 }, ..MixtureConfig::default() };
+        let mixture = MixtureConfig { shape: Shape::Resp { least: 0.02 }, ..MixtureConfig::default() };
         Self { mixture, dos: DosRule::default(), prior_sd: 10.0 }
     }
 }

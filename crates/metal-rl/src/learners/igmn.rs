@@ -38,6 +38,9 @@ pub struct IgmnConfig {
     pub cap: usize,
     /// Smallest share of a sample per unit of responsibility: how fast old samples are forgotten.
     pub least_share: f64,
+    /// Most that the mass of a component counts in responsibilities, at least 1; see
+    /// [`MixtureConfig::most_mass`](super::absp::MixtureConfig::most_mass).
+    pub most_mass: f64,
     /// Mass of the background per action, > 0; its value is 0.
     pub background_mass: f64,
     /// Temperature of the degrees of support, in units of value: softmax(Q/temperature).
@@ -55,6 +58,7 @@ impl Default for IgmnConfig {
             gate_quantile: 0.90,
             cap: 100,
             least_share: 0.02,
+            most_mass: 10.0,
             background_mass: 0.01,
             temperature: 1.0,
         }
@@ -76,6 +80,7 @@ impl IgmnConfig {
         s.within("gate_quantile", self.gate_quantile, 0.01..=0.999_999, "must be in (0, 1)")?;
         s.within("cap", self.cap as f64, 1.0..=1e5, "must be 1 to 100000")?;
         s.within("least_share", self.least_share, 0.0..=0.5, "must be 0 to 0.5")?;
+        s.within("most_mass", self.most_mass, 1.0..=1e300, "must be at least 1")?;
         s.within("background_mass", self.background_mass, 1e-12..=1e300, "must be above 0")?;
         s.check("temperature", self.temperature, POSITIVE)
     }
@@ -146,8 +151,7 @@ impl Joint {
                 reference = o.log_density;
             }
             if o.log_density - reference > NEGLIGIBLE {
-                let m =
-                    self.mass[o.component / LANES][o.component % LANES] * num::exp(o.log_density - reference);
+                let m = self.weight(config, o.component) * num::exp(o.log_density - reference);
                 mass += m;
                 value += m * o.expected;
             }
@@ -155,11 +159,15 @@ impl Joint {
         Recall { reference, mass, value: value / mass, nearest }
     }
 
+    /// What a component's mass counts in responsibilities.
+    fn weight(&self, config: &IgmnConfig, c: usize) -> f64 {
+        self.mass[c / LANES][c % LANES].min(config.most_mass)
+    }
+
     /// Responsibility of the component of an opinion.
-    fn responsibility(&self, recall: &Recall, o: &Opinion) -> f64 {
+    fn responsibility(&self, config: &IgmnConfig, recall: &Recall, o: &Opinion) -> f64 {
         if o.log_density - recall.reference > NEGLIGIBLE {
-            let n = self.mass[o.component / LANES][o.component % LANES];
-            n * num::exp(o.log_density - recall.reference) / recall.mass
+            self.weight(config, o.component) * num::exp(o.log_density - recall.reference) / recall.mass
         } else {
             0.0
         }
@@ -306,7 +314,7 @@ impl Learner for Igmn {
             let mut variance = background * (prior + recall.value * recall.value);
             action.ask(self.sharpness, state, |o| {
                 let (v, gap) = (action.gaussians.last_width(o.component), o.expected - recall.value);
-                let rho = action.responsibility(&recall, &o);
+                let rho = action.responsibility(&self.config, &recall, &o);
                 if rho > 0.0 {
                     variance += rho * (v * v + gap * gap);
                 }
@@ -333,7 +341,7 @@ impl Learner for Igmn {
         scratch.resize(point.len(), 0.0);
         touched.clear();
         action.ask(self.sharpness, sample.state, |o| {
-            touched.push((o.component, action.responsibility(&recall, &o)));
+            touched.push((o.component, action.responsibility(&self.config, &recall, &o)));
         });
         for &who in touched.iter().filter(|&&(_, rho)| rho >= TOUCHED) {
             action.adapt(&self.config, who, (point, error, rate), scratch);

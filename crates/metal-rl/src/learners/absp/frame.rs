@@ -27,6 +27,7 @@ pub(crate) struct Frame {
     pub full: bool,
     pub first_width: f64,
     pub smallest_width: f64,
+    pub most_mass: f64,
     pub background_mass: f64,
     pub background_value: f64,
     pub prior_count: f64,

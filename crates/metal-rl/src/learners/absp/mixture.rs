@@ -58,9 +58,9 @@ impl Scan {
         Self { reference: 0.0, mass: n0, value: n0 * frame.background_value, success: n0 }
     }
 
-    /// Takes in the first `used` components of a group with log densities `l`.
-    fn absorb(&mut self, l: &Lane, facts: &Facts, used: usize) {
-        let top = num::max(&l[..used]);
+    /// Takes in the components of a group with log densities `l`.
+    fn absorb(&mut self, frame: &Frame, l: &[f64], facts: &Facts) {
+        let top = num::max(l);
         if top > self.reference {
             let factor = num::exp(self.reference - top);
             self.mass *= factor;
@@ -68,11 +68,11 @@ impl Scan {
             self.success *= factor;
             self.reference = top;
         }
-        for (lane, &l) in l[..used].iter().enumerate() {
+        for (lane, &l) in l.iter().enumerate() {
             let x = l - self.reference;
             if x > NEGLIGIBLE {
                 let e = num::exp(x);
-                let m = facts.mass[lane] * e;
+                let m = facts.weight(frame, lane) * e;
                 self.mass += m;
                 self.value += m * facts.value[lane];
                 self.success += facts.success[lane] * e;
@@ -95,9 +95,9 @@ impl Scan {
         self.reference + num::ln(self.mass)
     }
 
-    /// Factor that turns mass × exp(l) into a responsibility.
-    fn responsibility(&self, mass: f64, l: f64) -> f64 {
-        mass * num::exp(l - self.reference) / self.mass
+    /// Responsibility of a component of this weight and log density.
+    fn responsibility(&self, weight: f64, l: f64) -> f64 {
+        weight * num::exp(l - self.reference) / self.mass
     }
 
     /// Responsibility of the background.
@@ -157,7 +157,7 @@ impl Mixture {
     /// Everything about one state in one pass.
     pub fn scan(&self, frame: &Frame, s: &[f64]) -> Scan {
         let mut scan = Scan::background(frame);
-        self.for_each_group(frame, s, |g, l, used, _| scan.absorb(l, &self.facts[g], used));
+        self.for_each_group(frame, s, |g, l, used, _| scan.absorb(frame, &l[..used], &self.facts[g]));
         scan
     }
 
@@ -192,7 +192,8 @@ impl Mixture {
         self.for_each_group(frame, s, |g, l, used, _| {
             for (lane, &l) in l[..used].iter().enumerate() {
                 if l - scan.reference > NEGLIGIBLE {
-                    sum += scan.responsibility(self.facts[g].mass[lane], l) * of(&self.facts[g], lane);
+                    let weight = self.facts[g].weight(frame, lane);
+                    sum += scan.responsibility(weight, l) * of(&self.facts[g], lane);
                 }
             }
         });
@@ -209,7 +210,7 @@ impl Mixture {
             for lane in 0..used {
                 nearest = nearest.min(d2[lane]);
                 if l[lane] - scan.reference > NEGLIGIBLE {
-                    rho[lane] = scan.responsibility(self.facts[g].mass[lane], l[lane]);
+                    rho[lane] = scan.responsibility(self.facts[g].weight(frame, lane), l[lane]);
                 }
             }
             work.push((rho, *d2));
@@ -306,6 +307,11 @@ impl Facts {
         |f, k| &mut f.scatter[k],
         |f, k| &mut f.age[k],
     ];
+
+    /// What a component's mass counts in responsibilities.
+    fn weight(&self, frame: &Frame, lane: usize) -> f64 {
+        self.mass[lane].min(frame.most_mass)
+    }
 
     /// Takes in one sample with responsibility `rho`.
     ///

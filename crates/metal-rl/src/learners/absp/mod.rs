@@ -6,7 +6,7 @@
 //! data, values are the background's and all actions are equally supported.
 //!
 //! # Formula
-//! ρ_c = n_c N_c(s) / (n₀ + Σ n N(s)),  Q(s, a) = ρ₀ Q₀ + Σ_c ρ_c q_c                                    (S1)
+//! w_c = min(n_c, n_max),  ρ_c = w_c N_c(s) / (n₀ + Σ w N(s)),  Q(s, a) = ρ₀ Q₀ + Σ_c ρ_c q_c                                    (S1)
 //! P(a|s) = (n₀ + Σ_{c of a} g_c N_c(s)) / Σ_b (n₀ + Σ_{c of b} g_c N_c(s))                              (S2)
 //!
 //! S2 is the rule of Bayes: P(s|a) is the density of states in which a succeeded. Eq. (11), reading R21.
@@ -73,8 +73,8 @@ pub enum DosRule {
 pub struct MixtureConfig {
     /// Form of the covariances.
     pub covariance: Covariance,
-    /// Standard deviation of a new component (states are in \[0, 1\]); 0 takes 0.10 up to 4 dimensions, 0.25 up to 8,
-    /// 0.15 above.
+    /// Standard deviation of a new component (states are in \[0, 1\]); 0 takes 0.07 up to 2 dimensions, 0.10 up to 4,
+    /// 0.25 up to 8, 0.15 above.
     pub first_width: f64,
     /// Smallest standard deviation; for full covariances given the earlier dimensions.
     pub smallest_width: f64,
@@ -85,6 +85,9 @@ pub struct MixtureConfig {
     pub gate_quantile: f64,
     /// Most components per action; beyond, the most similar ones merge.
     pub cap: usize,
+    /// Most that the mass of a component counts in responsibilities, at least 1. Without this limit a component
+    /// visited a thousand times owns the centres of its rarely visited neighbours, and they never learn.
+    pub most_mass: f64,
     /// n₀: mass of the background per action, > 0.
     pub background_mass: f64,
     /// Q₀: value of the background. 0 with negative rewards is optimistic and drives exploration.
@@ -108,6 +111,7 @@ impl Default for MixtureConfig {
             effective_dims: 4.0,
             gate_quantile: 0.90,
             cap: 100,
+            most_mass: 10.0,
             background_mass: 0.01,
             background_value: 0.0,
             prior_count: 0.0,
@@ -127,6 +131,7 @@ impl MixtureConfig {
         s.within("effective_dims", self.effective_dims, 0.1..=1e9, "must be at least 0.1")?;
         s.within("gate_quantile", self.gate_quantile, 0.01..=0.999_999, "must be in (0, 1)")?;
         s.within("cap", self.cap as f64, 1.0..=1e5, "must be 1 to 100000")?;
+        s.within("most_mass", self.most_mass, 1.0..=1e300, "must be at least 1")?;
         s.within("background_mass", self.background_mass, 1e-12..=1e300, "must be above 0")?;
         s.within("background_value", self.background_value, -1e12..=1e12, "must be finite")?;
         s.within("prior_count", self.prior_count, 0.0..=1e6, "must be at least 0")?;
@@ -159,6 +164,7 @@ impl MixtureConfig {
             full,
             first_width: self.width(dims).max(self.smallest_width),
             smallest_width: self.smallest_width,
+            most_mass: self.most_mass,
             background_mass: self.background_mass,
             background_value: self.background_value,
             prior_count: self.prior_count,
@@ -175,7 +181,8 @@ impl MixtureConfig {
     fn width(&self, dims: usize) -> f64 {
         match dims {
             _ if self.first_width > 0.0 => self.first_width,
-            0..=4 => 0.10,
+            0..=2 => 0.07,
+            3..=4 => 0.10,
             5..=8 => 0.25,
             _ => 0.15,
         }

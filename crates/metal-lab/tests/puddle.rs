@@ -7,9 +7,7 @@
 use metal_rl::environment::{End, Environment};
 use metal_rl::learner::{Dims, Learner, Rate, Sample};
 use metal_rl::learners::absp::{Covariance, MixtureConfig};
-use metal_rl::learners::{
-    AbspConfig, BayesMixConfig, IgmnConfig, LearnerConfig, MlpConfig, TileConfig, nn::Adam,
-};
+use metal_rl::learners::{AbspConfig, BayesMixConfig, IgmnConfig, LearnerConfig, MlpConfig, TileConfig};
 use metal_rl::num;
 use metal_rl::random::{Rng, Streams};
 use metal_rl::returns::{Link, lambda_returns};
@@ -35,22 +33,17 @@ fn one_step(config: LearnerConfig, at_least: f64) -> Case {
 }
 
 /// The learners. Replayed one-step targets stay as wrong as the network was when they were computed, so the network
-/// learns from λ-returns, as it does in the library's own loop.
+/// learns what episodes really earned (λ = 1), through the λ-returns of the library's own loop.
 fn cases() -> Vec<Case> {
     let diagonal = MixtureConfig { covariance: Covariance::Diagonal, ..MixtureConfig::default() };
-    let mlp = MlpConfig {
-        hidden: vec![32, 32],
-        capacity: 2000,
-        adam: Adam { learning_rate: 2e-3, ..Adam::default() },
-        ..MlpConfig::default()
-    };
+    let mlp = MlpConfig { hidden: vec![32, 32], capacity: 4000, ..MlpConfig::default() };
     vec![
         one_step(LearnerConfig::Absp(AbspConfig::default()), -45.0),
         one_step(LearnerConfig::Absp(AbspConfig { mixture: diagonal, ..AbspConfig::default() }), -45.0),
         one_step(LearnerConfig::BayesMix(BayesMixConfig::default()), -70.0),
         one_step(LearnerConfig::Igmn(IgmnConfig::default()), -50.0),
         one_step(LearnerConfig::Tile(TileConfig::default()), -32.0),
-        Case { config: LearnerConfig::Mlp(mlp), episodes: 300, lambda: 0.7, at_least: -110.0 },
+        Case { config: LearnerConfig::Mlp(mlp), episodes: 300, lambda: 1.0, at_least: -110.0 },
     ]
 }
 

@@ -58,7 +58,7 @@ impl Default for IgmnConfig {
             gate_quantile: 0.90,
             cap: 100,
             least_share: 0.02,
-            most_mass: 10.0,
+            most_mass: 1000.0,
             background_mass: 0.01,
             temperature: 1.0,
         }

@@ -2,7 +2,7 @@
 //!
 //! Return is the undiscounted sum of rewards, greedy, from a 6 × 6 grid of starts; walking at random earns about −700,
 //! walking straight to the goal through the puddles about −50, an oracle about −25.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use metal_rl::environment::{End, Environment};
 use metal_rl::learner::{Dims, Learner, Rate, Sample};

@@ -58,6 +58,12 @@ fn listen_to_ctrl_c() -> anyhow::Result<()> {
     .context("cannot listen to Ctrl-C")
 }
 
+/// The command as it was typed, for the report.
+fn typed() -> String {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    format!("metal {}", words.join(" "))
+}
+
 fn use_threads(threads: u16) -> anyhow::Result<()> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.into())
@@ -81,7 +87,7 @@ fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
     let outcome = execute(plan, options, &bar);
     bar.finish();
     let outcome = outcome.with_context(|| format!("nothing was written to {}", out.display()))?;
-    let results = finish::write(&outcome, &store)?;
+    let results = finish::write(&outcome, &store, &typed())?;
     if training.printing.json {
         return say_json(&results);
     }

@@ -4,10 +4,10 @@ use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
 use crate::progress::Progress;
 use crate::registry::{Roads, roads_name};
-use crate::trace::{EpisodeRecord, Trace};
+use crate::trace::{EpisodeRecord, Trace, Watcher};
 use crate::train::RunError;
 use metal_rl::environment::Environment;
-use metal_rl::observe::{Observer, Step};
+use metal_rl::observe::Observer;
 use metal_rl::phase::Phase;
 use metal_rl::random::Streams;
 use metal_rl::run::{self, Decided, Stage, run};
@@ -104,22 +104,6 @@ pub fn decide(
 ) -> Result<Decided, RunError> {
     let phase = Phase::evaluation("decide", candidate.roster, 1);
     Ok(candidate.on_stage(environment, |stage| run::decide(stage, &phase, streams))?)
-}
-
-struct Watcher<'a> {
-    trace: Trace,
-    progress: &'a dyn Progress,
-}
-
-impl Observer for Watcher<'_> {
-    fn on_step(&mut self, step: &Step<'_>) {
-        self.trace.on_step(step);
-    }
-
-    fn on_episode(&mut self, episode: usize, progress: f64) {
-        self.trace.on_episode(episode, progress);
-        self.progress.steps(self.trace.last_episode_steps());
-    }
 }
 
 /// The best constant motor action: the blind baseline, chosen on the validation roads of `course`.

@@ -1,6 +1,7 @@
 //! The end of a run: everything it found, written to its folder.
 
 use crate::drives;
+use crate::figures::FIGURES;
 use crate::report::{ReportContext, ReportError, render};
 use crate::reproduce::{Outcome, gather};
 use crate::results::{Figures, Results};
@@ -28,11 +29,11 @@ pub enum FinishError {
     Csv(#[from] csv::Error),
 }
 
-/// Writes plan, minds, results, records and report of a finished run.
+/// Writes plan, minds, results, records, figures and report of a finished run; `command` is what was typed for it.
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn write(outcome: &Outcome, store: &Store) -> Result<Results, FinishError> {
+pub fn write(outcome: &Outcome, store: &Store, command: &str) -> Result<Results, FinishError> {
     let card = RunCard {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seed: outcome.options.seed,
@@ -49,11 +50,27 @@ pub fn write(outcome: &Outcome, store: &Store) -> Result<Results, FinishError> {
         })
     });
     store.write("records.csv", &records_csv(tables)?)?;
-    let context = ReportContext::default();
+    write_figures(&results, store)?;
+    let links = ["results.json", "records.csv", "plan.toml"].map(|name| (name.to_owned(), name.to_owned()));
+    let context =
+        ReportContext { command: command.to_owned(), links: links.to_vec(), ..ReportContext::default() };
     store.write("report.html", render(&results, &context)?.as_bytes())?;
     // Last, so that a folder with a card is a finished run.
     store.write_run(&outcome.plan, &card)?;
     Ok(results)
+}
+
+/// Every drawing of the report as an SVG file of its own, for slides and papers.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_figures(results: &Results, store: &Store) -> Result<(), StoreError> {
+    for (name, draw) in FIGURES {
+        for (panel, svg) in draw(results).iter().flat_map(|figure| figure.files()).enumerate() {
+            store.write(&format!("figures/{name}-{}.svg", panel + 1), svg.as_bytes())?;
+        }
+    }
+    Ok(())
 }
 
 /// Everything the run found, the driven figures included.

@@ -1,5 +1,6 @@
 //! What happened in a run, episode by episode: the source of learning curves, tables and record files.
 
+use crate::progress::Progress;
 use metal_rl::environment::EnvironmentSpec;
 use metal_rl::measure::behaviour::{Driving, DrivingRun, driving};
 use metal_rl::observe::{Observer, Step};
@@ -119,5 +120,24 @@ impl Observer for Trace {
         let speed_mps = log.speed_mps.iter().sum::<f64>() / log.speed_mps.len().max(1) as f64;
         let (motor, perceptual) = (log.motor, log.perceptual);
         self.episodes.push(EpisodeRecord { motor, perceptual, looks: log.looks, driving, speed_mps });
+    }
+}
+
+/// Writes the trace and moves the progress bar.
+pub struct Watcher<'a> {
+    /// What happened so far.
+    pub trace: Trace,
+    /// Who is told how far it is.
+    pub progress: &'a dyn Progress,
+}
+
+impl Observer for Watcher<'_> {
+    fn on_step(&mut self, step: &Step<'_>) {
+        self.trace.on_step(step);
+    }
+
+    fn on_episode(&mut self, episode: usize, progress: f64) {
+        self.trace.on_episode(episode, progress);
+        self.progress.steps(self.trace.last_episode_steps());
     }
 }

@@ -3,11 +3,10 @@
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
 use crate::progress::Progress;
-use crate::trace::Trace;
+use crate::trace::{Trace, Watcher};
 use metal_rl::environment::EnvironmentError;
 use metal_rl::learner::LearnerError;
 use metal_rl::member::Member;
-use metal_rl::observe::{Observer, Step};
 use metal_rl::policy::Policy;
 use metal_rl::random::Streams;
 use metal_rl::run::{Stage, run};
@@ -119,21 +118,4 @@ pub fn train_phase(
         return Err(RunError::Interrupted);
     }
     Ok(Trained { mind, trace: observer.trace })
-}
-
-/// Writes the trace and moves the progress bar.
-struct Watcher<'a> {
-    trace: Trace,
-    progress: &'a dyn Progress,
-}
-
-impl Observer for Watcher<'_> {
-    fn on_step(&mut self, step: &Step<'_>) {
-        self.trace.on_step(step);
-    }
-
-    fn on_episode(&mut self, episode: usize, progress: f64) {
-        self.trace.on_episode(episode, progress);
-        self.progress.steps(self.trace.last_episode_steps());
-    }
 }

@@ -37,7 +37,7 @@ impl Drop for Folder {
 fn what_a_run_writes_can_be_read_drawn_and_driven_again() {
     let folder = Folder(std::env::temp_dir().join(format!("metal-whole-run-{}", std::process::id())));
     let store = Store::create(&folder.0).unwrap();
-    let results = finish::write(&outcome(), &store).unwrap();
+    let results = finish::write(&outcome(), &store, "metal run tiny.toml").unwrap();
 
     let text = std::fs::read_to_string(store.path("results.json")).unwrap();
     let back: Results = serde_json::from_str(&text).unwrap();

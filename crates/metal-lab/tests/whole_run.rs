@@ -5,7 +5,7 @@
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;
 use metal_lab::registry::Roads;
-use metal_lab::reproduce::{Options, Outcome, execute};
+use metal_lab::reproduce::{Options, Outcome, execute, quick};
 use metal_lab::results::Results;
 use metal_lab::store::Store;
 use metal_lab::{experiments, finish, reevaluate};
@@ -14,11 +14,9 @@ const SEEDS: usize = 2;
 const RUNS_PER_SEED: usize = 2;
 
 fn outcome() -> Outcome {
-    let phases = ["foa", "fusion", "attention", "attention_paper"];
-    let mut sets: Vec<String> = phases.iter().map(|p| format!("phase.{p}.budget.episodes=4")).collect();
-    sets.push("phase.demonstration.budget.steps=60".to_owned());
-    sets.push(format!("evaluation.runs={}", SEEDS * RUNS_PER_SEED));
-    let mut file = plan::parse(experiments::PAPER, &sets).unwrap().file;
+    let mut file = plan::parse(experiments::PAPER, &[]).unwrap().file;
+    quick::cut(&mut file, 4, 60);
+    file.evaluation.runs = SEEDS * RUNS_PER_SEED;
     file.subsets = None;
     let options = Options { seeds: SEEDS, seed: 7, quick: true, all_subsets: false };
     execute(Plan::check(file).unwrap(), options, &Silent).unwrap()

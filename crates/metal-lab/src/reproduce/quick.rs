@@ -20,3 +20,13 @@ pub fn shrink(mut file: PlanFile) -> PlanFile {
     }
     file
 }
+
+/// Cuts every phase to at most so many episodes (or motor steps, where its budget is in steps).
+pub fn cut(file: &mut PlanFile, episodes: usize, steps: usize) {
+    for phase in file.phase.values_mut() {
+        phase.budget = match phase.budget {
+            Budget::Episodes(n) => Budget::Episodes(n.min(episodes)),
+            Budget::Steps(n) => Budget::Steps(n.min(steps)),
+        };
+    }
+}

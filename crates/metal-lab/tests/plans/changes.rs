@@ -100,7 +100,7 @@ pub const NAMES: &[Change] = &[
     ("bootstrap = \"FOA\"", "bootstrap = \"God\"", "God", &["phase.fusion.bootstrap", "member `God`", "known: MN"]),
     ("[policy.foa]\nafter = \"foa\"", "[policy.foa]\nafter = \"fo\"", "\"fo\"", &["policy.foa.after", "phase `fo`", "known: "]),
     ("\"mix\", \"free_road\"", "\"rain\"", "\"rain\"", &["evaluation.scenarios", "scenario `rain`", "known: mix"]),
-    ("like = \"foa\"", "like = \"nobody\"", "nobody", &["subsets.like", "phase `nobody`", "known: "]),
+    ("like = \"foa\"", "like = \"nobody\"", "like = \"nobody\"", &["subsets.like", "phase `nobody`", "known: "]),
     ("budget_of = [\"demonstration\", \"fusion\"", "budget_of = [\"sleep\"", "sleep", &["subsets.budget_of", "phase `sleep`"]),
     ("budget_of = [\"demonstration\", \"fusion\", \"attention\"]", "budget_of = []", "budget_of", &["subsets.budget_of"]),
     ("learner = \"subset\"", "learner = \"sub\"", "\"sub\"", &["subsets.learner", "learner `sub`"]),

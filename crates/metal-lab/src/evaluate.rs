@@ -51,7 +51,7 @@ pub struct Course {
 /// Runs `candidate` over `course`; the same `streams` give every candidate the same episodes.
 ///
 /// # Errors
-/// If the world cannot be built or fails.
+/// If the world cannot be built or fails, or the user interrupts.
 pub fn test(
     candidate: &Candidate<'_>,
     course: &Course,
@@ -60,7 +60,8 @@ pub fn test(
 ) -> Result<Vec<EpisodeRecord>, RunError> {
     let mut watcher = Watcher { trace: Trace::new(&candidate.plan.spec), progress };
     watch(candidate, course, streams, &mut watcher)?;
-    Ok(watcher.trace.episodes)
+    // Asked here as well as after every phase: testing everybody takes minutes, too.
+    if progress.interrupted() { Err(RunError::Interrupted) } else { Ok(watcher.trace.episodes) }
 }
 
 /// As [`test()`], under the eyes of any observer.

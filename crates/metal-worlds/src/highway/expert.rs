@@ -1,5 +1,5 @@
-//! The expert advisor of Phase I: a short look-ahead with ground truth, the real kinematics and predicted cars
-//! (reading R52).
+//! The expert advisor of Phase I: a short look-ahead with ground truth, the real kinematics and the paths that the red
+//! cars are going to take (reading R52).
 
 use super::kinematics::{
     ACTION_SECS, BODY_RADIUS_M, MotorAction, SUBSTEP_SECS, SUBSTEPS, TURN_RADPS, advance,
@@ -7,14 +7,19 @@ use super::kinematics::{
 use super::pose::Pose;
 use super::road::{Place, Road};
 use super::task::{Facts, LANE_FREE_M, Task};
-use super::traffic::{CARS, car_twist, scripted_action};
+use super::traffic::CARS;
+use metal_rl::num;
 
 /// Motor actions looked ahead.
-const DEPTH: usize = 8;
+pub(super) const DEPTH: usize = 8;
 /// Plans kept after each of them.
-const BEAM: usize = 14;
+const BEAM: usize = 28;
 /// What the expert adds to every car's radius, in metres: it keeps this clear of what it predicts.
 const CARE_M: f64 = 0.025;
+/// Plans that end alike within this distance, in metres, and this angle, in radians, are one plan: the beam stays wide.
+const ALIKE: (f64, f64) = (0.012, 0.1);
+/// What standing in the way of a car that is to come counts at a gap of 0, while plans are compared.
+const THREAT: f64 = 60.0;
 
 /// What the expert knows of the world.
 #[derive(Clone, Copy, Debug)]
@@ -27,8 +32,10 @@ pub struct Knowledge<'a> {
     pub learner: Pose,
     /// Turning rate of the learner's last action, in radians per second.
     pub last_turn_radps: f64,
-    /// The red cars.
-    pub cars: &'a [Pose],
+    /// Where the red cars will be, action by action.
+    pub paths: &'a [Path; DEPTH],
+    /// Number of red cars.
+    pub car_count: usize,
 }
 
 /// A plan: its first action, where it has led and what it has cost.
@@ -45,7 +52,6 @@ struct Plan {
 /// The action of the cheapest plan found.
 #[must_use]
 pub fn advise(knowledge: &Knowledge) -> MotorAction {
-    let paths = predict(knowledge.road, knowledge.cars);
     let root = Plan {
         first: MotorAction::Fast,
         body: knowledge.learner,
@@ -55,12 +61,12 @@ pub fn advise(knowledge: &Knowledge) -> MotorAction {
     };
     let mut beam = [root; BEAM];
     let mut width = 1;
-    for (depth, path) in paths.iter().enumerate() {
+    for depth in 0..DEPTH {
         let mut next = [root; BEAM];
         let mut kept = 0;
         for plan in &beam[..width] {
             for action in MotorAction::ALL {
-                let mut longer = extend(knowledge, plan, action, path);
+                let mut longer = extend(knowledge, plan, action, depth);
                 if depth == 0 {
                     longer.first = action;
                 }
@@ -72,8 +78,16 @@ pub fn advise(knowledge: &Knowledge) -> MotorAction {
     beam[0].first
 }
 
-/// Inserts `plan` into the sorted beam, if it is among the best; returns the number kept.
+/// Inserts `plan` into the sorted beam, if it is among the best and better than all that lead to the same place;
+/// returns the number kept.
 fn keep(beam: &mut [Plan; BEAM], kept: usize, plan: Plan) -> usize {
+    if let Some(twin) = beam[..kept].iter().position(|other| alike(other, &plan)) {
+        if beam[twin].outlook <= plan.outlook {
+            return kept;
+        }
+        beam[twin..kept].rotate_left(1);
+        return keep(beam, kept - 1, plan);
+    }
     let at = beam[..kept].partition_point(|other| other.outlook <= plan.outlook);
     if at == BEAM {
         return kept;
@@ -84,31 +98,25 @@ fn keep(beam: &mut [Plan; BEAM], kept: usize, plan: Plan) -> usize {
     end
 }
 
-/// Where the cars are in the middle and at the end of each action ahead.
-type Path = [[Pose; CARS]; 2];
-
-/// Predicts the cars as if the script drove them.
-fn predict(road: &Road, cars: &[Pose]) -> [Path; DEPTH] {
-    let mut now = [Pose::default(); CARS];
-    now[..cars.len()].copy_from_slice(cars);
-    let mut paths = [[now; 2]; DEPTH];
-    for path in &mut paths {
-        for (i, car) in now.iter_mut().enumerate().take(cars.len()) {
-            let twist = car_twist(scripted_action(road, car, &[]));
-            path[0][i] = advance(*car, twist, 0.5 * ACTION_SECS);
-            path[1][i] = advance(path[0][i], twist, 0.5 * ACTION_SECS);
-            *car = path[1][i];
-        }
-    }
-    paths
+/// Whether two plans of the same length lead to the same place.
+fn alike(one: &Plan, other: &Plan) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() < ALIKE.0;
+    one.turn_radps == other.turn_radps
+        && near(one.body.x_m, other.body.x_m)
+        && near(one.body.y_m, other.body.y_m)
+        && num::wrap_angle(one.body.heading_rad - other.body.heading_rad).abs() < ALIKE.1
 }
 
+/// Where the cars are in the middle and at the end of an action.
+pub(super) type Path = [[Pose; CARS]; 2];
+
 /// The plan, one action longer.
-fn extend(knowledge: &Knowledge, plan: &Plan, action: MotorAction, path: &Path) -> Plan {
+fn extend(knowledge: &Knowledge, plan: &Plan, action: MotorAction, depth: usize) -> Plan {
+    let path = &knowledge.paths[depth];
     let twist = action.twist();
     let middle = advance(plan.body, twist, (SUBSTEPS / 2) as f64 * SUBSTEP_SECS);
     let body = advance(middle, twist, (SUBSTEPS - SUBSTEPS / 2) as f64 * SUBSTEP_SECS);
-    let cars = knowledge.cars.len();
+    let cars = knowledge.car_count;
     let gap_then = gap_m(&middle, &path[0][..cars]) - CARE_M;
     let gap_m = gap_m(&body, &path[1][..cars]) - CARE_M;
     let place = knowledge.road.locate(body.x_m, body.y_m);
@@ -122,13 +130,20 @@ fn extend(knowledge: &Knowledge, plan: &Plan, action: MotorAction, path: &Path) 
         last_turn_radps: plan.turn_radps,
     };
     let cost = plan.cost + knowledge.task.motor_cost(&facts).total();
-    let outlook = cost + to_come(&place, &body);
+    let outlook = cost + to_come(&place, &body) + threat(&body, &knowledge.paths[depth + 1..], cars);
     Plan { first: plan.first, body, turn_radps: twist.turn_radps, cost, outlook }
 }
 
 /// Free distance to the nearest car, in metres.
 fn gap_m(body: &Pose, cars: &[Pose]) -> f64 {
     cars.iter().map(|car| car.distance_m(body) - 2.0 * BODY_RADIUS_M).fold(f64::INFINITY, f64::min)
+}
+
+/// A guess at the cost of being where a car will pass within the horizon: without it the plans that begin to dodge in
+/// time, and pay for it, are dropped before the others meet the car.
+fn threat(body: &Pose, paths: &[Path], cars: usize) -> f64 {
+    let nearest = paths.iter().map(|path| gap_m(body, &path[1][..cars])).fold(f64::INFINITY, f64::min);
+    if nearest < CARE_M { THREAT * (1.0 - nearest / (2.0 * BODY_RADIUS_M)) } else { 0.0 }
 }
 
 /// A guess at the cost of getting back into the lane: how far out of it, and how wrong the heading is for returning.
@@ -148,8 +163,13 @@ mod tests {
     use super::super::shape::ShapeRange;
     use super::*;
 
+    /// The advice among cars that stand still.
     fn advice(learner: Pose, road: &Road, cars: &[Pose]) -> MotorAction {
-        advise(&Knowledge { road, task: &Task::default(), learner, last_turn_radps: 0.0, cars })
+        let mut standing = [Pose::default(); CARS];
+        standing[..cars.len()].copy_from_slice(cars);
+        let paths = [[standing; 2]; DEPTH];
+        let task = Task::default();
+        advise(&Knowledge { road, task: &task, learner, last_turn_radps: 0.0, paths: &paths, car_count: cars.len() })
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub use traffic::{Driver, Steering, VISION};
 
 use camera::{COLUMNS, Camera, Obstacle, ROWS, Region, Scene, Window};
 use infrared::Infrared;
-use kinematics::{BODY_RADIUS_M, SUBSTEP_SECS, SUBSTEPS, Twist, advance};
+use kinematics::{ACTION_SECS, BODY_RADIUS_M, SUBSTEP_SECS, SUBSTEPS, Twist, advance};
 use measures::Touch;
 use metal_rl::environment::{
     End, Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome, SensorSpec,
@@ -57,6 +57,9 @@ struct Shared {
     infrared: Infrared,
     steering: Steering,
 }
+
+/// Where the learner is put when the red cars are to drive as if it was not there: no camera sees so far.
+const OUT_OF_SIGHT_M: f64 = 100.0;
 
 /// The highway. A clone is an independent world that shares only what never changes.
 #[derive(Clone, Debug)]
@@ -213,15 +216,16 @@ impl Highway {
         }
     }
 
-    /// What a red car sees: other red cars as red, the learner as black. Its camera is always the fast path.
-    fn cars_vision(&self, car: usize) -> [f64; VISION] {
-        let mut obstacles = [obstacle(&self.bodies[0], Material::GreyBody); CARS];
+    /// What a red car sees among `bodies`: other red cars as red, the learner as black. Its camera is always the fast
+    /// path.
+    fn cars_vision(&self, car: usize, bodies: &[Pose; BODIES]) -> [f64; VISION] {
+        let mut obstacles = [obstacle(&bodies[0], Material::GreyBody); CARS];
         let mut count = 1;
         for other in (1..self.body_count).filter(|&other| other != car) {
-            obstacles[count] = obstacle(&self.bodies[other], Material::RedBody);
+            obstacles[count] = obstacle(&bodies[other], Material::RedBody);
             count += 1;
         }
-        let scene = Scene { ground: self.ground(), eye: self.bodies[car], obstacles: &obstacles[..count] };
+        let scene = Scene { ground: self.ground(), eye: bodies[car], obstacles: &obstacles[..count] };
         let mut vision = [0.0; VISION];
         for (region, out) in Region::ALL.iter().zip(vision.chunks_exact_mut(4)) {
             let window = region.window();
@@ -231,25 +235,48 @@ impl Highway {
         vision
     }
 
+    /// What a red car does for the length of a step that begins with everybody at `bodies`.
+    fn cars_twist(&self, car: usize, bodies: &[Pose; BODIES]) -> Twist {
+        let choice = match &self.shared.steering {
+            Steering::Mind(driver) => MotorAction::ALL[driver.drive(&self.cars_vision(car, bodies))],
+            Steering::Scripted => {
+                let mut others = [bodies[car]; CARS];
+                let mut count = 0;
+                for other in (1..self.body_count).filter(|&other| other != car) {
+                    others[count] = bodies[other];
+                    count += 1;
+                }
+                traffic::scripted_action(self.road(), &bodies[car], &others[..count])
+            }
+        };
+        traffic::car_twist(choice)
+    }
+
     /// What every body does for the length of this step; all decide on the same state.
     fn twists(&self, action: usize) -> [Twist; BODIES] {
         let mut twists = [MotorAction::ALL[action].twist(); BODIES];
         for (car, twist) in twists.iter_mut().enumerate().take(self.body_count).skip(1) {
-            let choice = match &self.shared.steering {
-                Steering::Mind(driver) => MotorAction::ALL[driver.drive(&self.cars_vision(car))],
-                Steering::Scripted => {
-                    let mut others = [self.bodies[car]; CARS];
-                    let mut count = 0;
-                    for other in (1..self.body_count).filter(|&other| other != car) {
-                        others[count] = self.bodies[other];
-                        count += 1;
-                    }
-                    traffic::scripted_action(self.road(), &self.bodies[car], &others[..count])
-                }
-            };
-            *twist = traffic::car_twist(choice);
+            *twist = self.cars_twist(car, &self.bodies);
         }
         twists
+    }
+
+    /// Where the red cars will be: they drive as they always do, and do not mind the learner.
+    fn foresee(&self) -> [expert::Path; expert::DEPTH] {
+        let mut bodies = self.bodies;
+        bodies[0].x_m += OUT_OF_SIGHT_M;
+        let mut paths = [[[Pose::default(); CARS]; 2]; expert::DEPTH];
+        for path in &mut paths {
+            let mut next = bodies;
+            for car in 1..self.body_count {
+                let twist = self.cars_twist(car, &bodies);
+                path[0][car - 1] = advance(bodies[car], twist, 0.5 * ACTION_SECS);
+                path[1][car - 1] = advance(path[0][car - 1], twist, 0.5 * ACTION_SECS);
+                next[car] = path[1][car - 1];
+            }
+            bodies = next;
+        }
+        paths
     }
 
     /// Moves everybody for one substep and notes the learner's contacts.
@@ -349,7 +376,8 @@ impl Environment for Highway {
             task: &self.shared.config.task,
             learner: self.bodies[0],
             last_turn_radps: self.last_turn_radps,
-            cars: self.cars(),
+            paths: &self.foresee(),
+            car_count: self.cars().len(),
         }) as usize)
     }
 

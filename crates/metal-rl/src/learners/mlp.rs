@@ -161,6 +161,7 @@ struct Rows {
     inputs: Vec<f32>,
     targets: Vec<f32>,
     weights: Vec<f32>,
+    values: Vec<f64>,
 }
 
 /// A neural network that learns all values at once from replayed samples; see [`MlpConfig`].
@@ -232,7 +233,7 @@ impl Mlp {
                 ((self.replay.targets[from] - self.scale.centre) / self.scale.unit) as f32;
             self.rows.weights[at] = 1.0;
         }
-        let Rows { inputs, targets, weights } = &self.rows;
+        let Rows { inputs, targets, weights, .. } = &self.rows;
         self.network.train_batch(&Batch { inputs, targets, weights });
     }
 }
@@ -285,8 +286,11 @@ impl Learner for Mlp {
     }
 
     fn learn(&mut self, sample: Sample<'_>, _rate: Rate) -> f64 {
-        let mut values = vec![0.0; self.dims.choices];
+        let mut values = std::mem::take(&mut self.rows.values);
+        values.resize(self.dims.choices, 0.0);
         self.values(sample.state, &mut values);
+        let error = sample.target - values[sample.choice];
+        self.rows.values = values;
         let place = self.replay.push(&sample, self.config.capacity);
         if let Some((gain, shift)) = self.scale.observe(sample.target) {
             self.network.rescale_outputs(gain as f32, shift as f32);
@@ -296,7 +300,7 @@ impl Learner for Mlp {
             self.owed -= 1.0;
             self.train(place);
         }
-        sample.target - values[sample.choice]
+        error
     }
 
     fn size(&self) -> (usize, &'static str) {

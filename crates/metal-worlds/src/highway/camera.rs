@@ -5,9 +5,10 @@
 //! The picture is cut into three columns of 17, 18 and 17 pixels, and into far rows (the upper 13: from 0.13 m
 //! ahead of the lens to the horizon) and near rows (the lower 26: from 0.04 m to 0.13 m).
 
-use super::ground::{CELL_M, Ground, Material};
+use super::ground::{Ground, Material};
 use super::kinematics::{BODY_HEIGHT_M, BODY_RADIUS_M};
 use super::pose::Pose;
+use super::sight::{Lens, Ray, Rays, Visible, count_classes, look_at_ground, put_before};
 use metal_rl::num;
 
 /// Pixels in a row of the picture.
@@ -90,6 +91,9 @@ pub struct Window {
     pub right: usize,
 }
 
+/// Pixels of the largest region.
+const MOST_PIXELS: usize = 18 * 26;
+
 impl Window {
     /// The whole picture.
     pub const WHOLE: Self = Self { top: 0, bottom: ROWS, left: 0, right: COLUMNS };
@@ -134,21 +138,26 @@ pub struct Scene<'a> {
     pub obstacles: &'a [Obstacle],
 }
 
-/// The ray of one pixel, in the frame of the lens: x ahead, y left, on the plane.
-#[derive(Clone, Copy, Debug)]
-struct Ray {
-    /// Direction on the plane, of length 1.
-    direction: [f64; 2],
-    /// Distance on the plane at which the ray meets the ground, in metres.
-    reach_m: f64,
-}
-
 /// The camera's geometry, computed once.
 #[derive(Clone, Debug)]
 pub struct Camera {
-    rays: Vec<Ray>,
-    /// Where the rays meet the ground, in raster cells from the lens.
-    cells: Vec<[f64; 2]>,
+    /// All pixels, row by row.
+    picture: Vec<Ray>,
+    whole: Rays,
+    /// The pixels of each region, row by row.
+    regions: [Rays; 6],
+    /// Farthest point on the ground that a row shows, in metres.
+    row_reach_m: [f64; ROWS],
+}
+
+/// Most bodies in a scene besides the one that looks.
+const MAX_OBSTACLES: usize = 3;
+
+/// The bodies that may be seen in a window, nearest first.
+struct InSight {
+    lens: Lens,
+    bodies: [Visible; MAX_OBSTACLES],
+    count: usize,
 }
 
 impl Default for Camera {
@@ -161,70 +170,83 @@ impl Camera {
     /// The E-puck's camera, pitched by [`PITCH_RAD`].
     #[must_use]
     pub fn new() -> Self {
-        let rays: Vec<Ray> = (0..ROWS * COLUMNS).map(|i| ray(i / COLUMNS, i % COLUMNS)).collect();
-        let cells = rays.iter().map(|ray| ray.direction.map(|d| d * ray.reach_m / CELL_M)).collect();
-        Self { rays, cells }
+        let picture: Vec<Ray> = (0..ROWS * COLUMNS).map(|i| ray(i / COLUMNS, i % COLUMNS)).collect();
+        let regions = Region::ALL.map(|region| {
+            let window = region.window();
+            let row = |r: usize| picture[r * COLUMNS + window.left..r * COLUMNS + window.right].iter();
+            (window.top..window.bottom).flat_map(row).copied().collect()
+        });
+        let row = |r: usize| picture[r * COLUMNS..(r + 1) * COLUMNS].iter().map(|ray| ray.reach_m);
+        let row_reach_m = std::array::from_fn(|r| row(r).fold(0.0, f64::max));
+        Self { whole: picture.iter().copied().collect(), picture, regions, row_reach_m }
     }
 
     /// Where the ray of a pixel meets the ground, in metres ahead of and to the left of the body's centre.
     #[must_use]
     pub fn ground_point_m(&self, row: usize, column: usize) -> [f64; 2] {
-        let ray = &self.rays[row * COLUMNS + column];
+        let ray = &self.picture[row * COLUMNS + column];
         [AHEAD_M + ray.direction[0] * ray.reach_m, ray.direction[1] * ray.reach_m]
     }
 
     /// Paints the pixels of `window`, row by row: `paint` gets the pixel's index in the whole picture and what it shows.
     pub fn render(&self, scene: &Scene, window: Window, mut paint: impl FnMut(usize, Material)) {
-        let (sin, cos) = num::sin_cos(scene.eye.heading_rad);
-        let lens = [scene.eye.x_m + AHEAD_M * cos, scene.eye.y_m + AHEAD_M * sin];
-        let mut near = [Visible::NONE; MAX_OBSTACLES];
-        let count = self.visible(scene, (lens, sin, cos), window, &mut near);
-        let [column0, row0] = scene.ground.cell_of(lens[0], lens[1]);
+        let sight = self.in_sight(scene, window);
+        let mut materials = [Material::Grass; COLUMNS];
         for row in window.top..window.bottom {
-            for index in row * COLUMNS + window.left..row * COLUMNS + window.right {
-                let hidden_by = near[..count].iter().find(|v| v.hides(&self.rays[index]));
-                let material = hidden_by.map_or_else(
-                    || {
-                        let [ahead, left] = self.cells[index];
-                        let column = column0 + ahead * cos - left * sin;
-                        scene.ground.at_cell(column, row0 + ahead * sin + left * cos)
-                    },
-                    |v| v.material,
-                );
-                paint(index, material);
+            let pixels = row * COLUMNS + window.left..row * COLUMNS + window.right;
+            let shown = &mut materials[..pixels.len()];
+            look_at_ground(&self.whole, pixels.clone(), &sight.lens, scene.ground.raster(), shown);
+            for body in sight.bodies[..sight.count].iter().rev() {
+                put_before(&self.whole, pixels.clone(), body, shown);
             }
+            pixels.zip(shown).for_each(|(index, material)| paint(index, *material));
         }
     }
 
-    /// Collects the obstacles that some ray of `window` may meet, nearest first.
-    fn visible(
-        &self,
-        scene: &Scene,
-        (lens, sin, cos): ([f64; 2], f64, f64),
-        window: Window,
-        out: &mut [Visible; MAX_OBSTACLES],
-    ) -> usize {
-        let mut count = 0;
+    /// How many pixels of a region show each class: what [`Self::render`] paints, counted.
+    #[must_use]
+    pub fn count(&self, scene: &Scene, region: Region) -> [u32; 4] {
+        let (window, rays) = (region.window(), &self.regions[region as usize]);
+        let sight = self.in_sight(scene, window);
+        let mut materials = [Material::Grass; MOST_PIXELS];
+        let shown = &mut materials[..window.pixels()];
+        look_at_ground(rays, 0..shown.len(), &sight.lens, scene.ground.raster(), shown);
+        for body in sight.bodies[..sight.count].iter().rev() {
+            let pixels = self.rows_beyond(body, window) * (window.right - window.left);
+            put_before(rays, 0..pixels, body, &mut shown[..pixels]);
+        }
+        count_classes(shown)
+    }
+
+    /// Rows of `window` that reach beyond the near side of a body, and so may show it: always the upper ones.
+    fn rows_beyond(&self, body: &Visible, window: Window) -> usize {
+        let near_side_m = body.distance2().sqrt() - BODY_RADIUS_M - 1e-6;
+        self.row_reach_m[window.top..window.bottom].partition_point(|&reach| reach > near_side_m)
+    }
+
+    /// Where the lens is, and the obstacles that some ray of `window` may meet.
+    fn in_sight(&self, scene: &Scene, window: Window) -> InSight {
+        let (sin, cos) = num::sin_cos(scene.eye.heading_rad);
+        let [x, y] = [scene.eye.x_m + AHEAD_M * cos, scene.eye.y_m + AHEAD_M * sin];
+        let [column, row] = scene.ground.cell_of(x, y);
+        let (mut bodies, mut count) = ([Visible::NONE; MAX_OBSTACLES], 0);
         for obstacle in scene.obstacles {
-            let (dx, dy) = (obstacle.x_m - lens[0], obstacle.y_m - lens[1]);
-            let seen = Visible {
-                ahead: dx * cos + dy * sin,
-                left: dy * cos - dx * sin,
-                material: obstacle.material,
-            };
+            let (dx, dy) = (obstacle.x_m - x, obstacle.y_m - y);
+            let (ahead, left) = (dx * cos + dy * sin, dy * cos - dx * sin);
+            let seen = Visible { ahead, left, material: obstacle.material };
             if self.may_show(window, &seen) {
-                out[count] = seen;
+                bodies[count] = seen;
                 count += 1;
             }
         }
         // Equal discs that do not overlap: along any ray the one with the nearer centre comes first.
-        out[..count].sort_by(|a, b| a.distance2().total_cmp(&b.distance2()));
-        count
+        bodies[..count].sort_by(|a, b| a.distance2().total_cmp(&b.distance2()));
+        InSight { lens: Lens { column, row, sin, cos }, bodies, count }
     }
 
     /// Whether the wedge of `window` and the body may meet; cheap, and never wrongly false.
     fn may_show(&self, window: Window, body: &Visible) -> bool {
-        let corner = |row: usize, column: usize| &self.rays[row * COLUMNS + column];
+        let corner = |row: usize, column: usize| &self.picture[row * COLUMNS + column];
         let (bottom, right) = (window.bottom - 1, window.right - 1);
         let corners = [
             corner(window.top, window.left),
@@ -241,37 +263,6 @@ impl Camera {
     }
 }
 
-/// Most bodies in a scene besides the one that looks.
-const MAX_OBSTACLES: usize = 3;
-
-/// An obstacle in the frame of the lens.
-#[derive(Clone, Copy, Debug)]
-struct Visible {
-    ahead: f64,
-    left: f64,
-    material: Material,
-}
-
-impl Visible {
-    const NONE: Self = Self { ahead: 0.0, left: 0.0, material: Material::Grass };
-
-    fn distance2(&self) -> f64 {
-        self.ahead * self.ahead + self.left * self.left
-    }
-
-    /// Whether the ray meets the body before it meets the ground.
-    #[inline]
-    fn hides(&self, ray: &Ray) -> bool {
-        let [x, y] = ray.direction;
-        let along = self.ahead * x + self.left * y;
-        let beside = self.left * x - self.ahead * y;
-        let half2 = BODY_RADIUS_M * BODY_RADIUS_M - beside * beside;
-        // Entry at along − √half2, asked without the root.
-        let short = along - ray.reach_m;
-        half2 > 0.0 && along > 0.0 && (short < 0.0 || short * short < half2)
-    }
-}
-
 /// The ray through the middle of a pixel.
 fn ray(row: usize, column: usize) -> Ray {
     let focal_px = 0.5 * COLUMNS as f64 / num::tan(0.5 * FIELD_OF_VIEW_RAD);
@@ -285,18 +276,19 @@ fn ray(row: usize, column: usize) -> Ray {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ground::Class;
+    use super::super::ground::{CELL_M, Class};
     use super::super::road::Road;
     use super::super::shape::ShapeRange;
     use super::*;
     use proptest::prelude::*;
     use std::sync::LazyLock;
 
+    static CAMERA: LazyLock<Camera> = LazyLock::new(Camera::new);
     static GROUND: LazyLock<Ground> = LazyLock::new(|| Ground::new(Road::new(1, &ShapeRange::TRAINING)));
 
     fn picture(eye: Pose, obstacles: &[Obstacle], window: Window) -> Vec<Option<Material>> {
         let mut out = vec![None; ROWS * COLUMNS];
-        Camera::new().render(&Scene { ground: &GROUND, eye, obstacles }, window, |i, m| out[i] = Some(m));
+        CAMERA.render(&Scene { ground: &GROUND, eye, obstacles }, window, |i, m| out[i] = Some(m));
         out
     }
 
@@ -373,6 +365,20 @@ mod tests {
         }
 
         #[test]
+        fn the_ground_is_that_of_each_ray_alone(x in -2.0..2.0, y in -2.0..2.0, heading in -3.1..3.1) {
+            let eye = Pose { x_m: x, y_m: y, heading_rad: heading };
+            let painted = picture(eye, &[], Window::WHOLE);
+            let (sin, cos) = num::sin_cos(heading);
+            let [column, row] = GROUND.cell_of(x + AHEAD_M * cos, y + AHEAD_M * sin);
+            for (i, material) in painted.into_iter().enumerate() {
+                let ray = ray(i / COLUMNS, i % COLUMNS);
+                let [ahead, left] = ray.direction.map(|d| d * ray.reach_m / CELL_M);
+                let at = GROUND.at_cell(column + ahead * cos - left * sin, row + ahead * sin + left * cos);
+                prop_assert_eq!(material, Some(at));
+            }
+        }
+
+        #[test]
         fn leaving_out_a_body_early_never_changes_the_picture(x in -0.5..0.8, y in -0.5..0.5, heading in -3.1..3.1) {
             let eye = Pose { heading_rad: heading, ..Pose::default() };
             let car = Obstacle { x_m: x, y_m: y, material: Material::RedBody };
@@ -381,6 +387,9 @@ mod tests {
             for region in Region::ALL {
                 let part = picture(eye, &[car], region.window());
                 prop_assert!(part.iter().zip(&whole).all(|(p, w)| p.is_none() || p == w));
+                let mut counts = [0; 4];
+                part.iter().flatten().for_each(|material| counts[material.class() as usize] += 1);
+                prop_assert_eq!(CAMERA.count(&Scene { ground: &GROUND, eye, obstacles: &[car] }, region), counts);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! What the plane looks like: a raster of materials, and the roads of an experiment.
 
+use super::raster::Raster;
 use super::road::{BORDER_M, LANE_M, LINE_M, Road};
 use super::shape::ShapeRange;
 use serde::{Deserialize, Serialize};
@@ -54,9 +55,7 @@ impl Material {
 #[derive(Clone, Debug)]
 pub struct Ground {
     road: Road,
-    cells: Vec<Material>,
-    columns: usize,
-    rows: usize,
+    raster: Raster,
 }
 
 impl Ground {
@@ -66,7 +65,7 @@ impl Ground {
         let [low, high] = road.bounds_m();
         let columns = ((high[0] - low[0]) / CELL_M).round() as usize;
         let rows = ((high[1] - low[1]) / CELL_M).round() as usize;
-        let mut ground = Self { road, cells: vec![Material::Grass; rows * columns], columns, rows };
+        let mut ground = Self { road, raster: Raster::grass(columns, rows) };
         ground.paint(low);
         ground
     }
@@ -80,7 +79,7 @@ impl Ground {
     /// Columns and rows of the raster.
     #[must_use]
     pub fn size(&self) -> (usize, usize) {
-        (self.columns, self.rows)
+        (self.raster.columns, self.raster.rows)
     }
 
     /// The material at raster coordinates (cells from the lower left corner); grass everywhere outside.
@@ -92,8 +91,8 @@ impl Ground {
             return Material::Grass;
         }
         let (column, row) = (column as usize, row as usize);
-        if column < self.columns && row < self.rows {
-            self.cells[row * self.columns + column]
+        if column < self.raster.columns && row < self.raster.rows {
+            self.raster.at(self.raster.place(column as u32, row as u32))
         } else {
             Material::Grass
         }
@@ -104,6 +103,11 @@ impl Ground {
     pub fn at(&self, x_m: f64, y_m: f64) -> Material {
         let [column, row] = self.cell_of(x_m, y_m);
         self.at_cell(column, row)
+    }
+
+    /// The picture from above.
+    pub(super) fn raster(&self) -> &Raster {
+        &self.raster
     }
 
     /// Raster coordinates of a point, in cells.
@@ -117,17 +121,18 @@ impl Ground {
     fn paint(&mut self, low: [f64; 2]) {
         const BLOCK: usize = 16;
         let reach = BORDER_M + BLOCK as f64 * CELL_M;
-        for row in (0..self.rows).step_by(BLOCK) {
-            for column in (0..self.columns).step_by(BLOCK) {
+        let (columns, rows) = self.size();
+        for row in (0..rows).step_by(BLOCK) {
+            for column in (0..columns).step_by(BLOCK) {
                 let middle = [column + BLOCK / 2, row + BLOCK / 2].map(|k| k as f64 * CELL_M);
                 if self.road.locate(low[0] + middle[0], low[1] + middle[1]).offset_m.abs() > reach {
                     continue;
                 }
-                for r in row..(row + BLOCK).min(self.rows) {
-                    for c in column..(column + BLOCK).min(self.columns) {
+                for r in row..(row + BLOCK).min(rows) {
+                    for c in column..(column + BLOCK).min(columns) {
                         let point = [c, r].map(|k| (k as f64 + 0.5) * CELL_M);
                         let offset = self.road.locate(low[0] + point[0], low[1] + point[1]).offset_m;
-                        self.cells[r * self.columns + c] = material_at(offset);
+                        self.raster.set(c, r, material_at(offset));
                     }
                 }
             }

@@ -13,10 +13,12 @@ pub mod infrared;
 pub mod kinematics;
 pub mod measures;
 pub mod pose;
+mod raster;
 pub mod rgb;
 pub mod road;
 pub mod scenario;
 pub mod shape;
+mod sight;
 pub mod task;
 pub mod traffic;
 
@@ -227,10 +229,8 @@ impl Highway {
         }
         let scene = Scene { ground: self.ground(), eye: bodies[car], obstacles: &obstacles[..count] };
         let mut vision = [0.0; VISION];
-        for (region, out) in Region::ALL.iter().zip(vision.chunks_exact_mut(4)) {
-            let window = region.window();
-            self.shared.camera.render(&scene, window, |_, m| out[m.class() as usize] += 1.0);
-            out.iter_mut().for_each(|count| *count /= window.pixels() as f64);
+        for (region, out) in Region::ALL.into_iter().zip(vision.chunks_exact_mut(4)) {
+            fractions(self.shared.camera.count(&scene, region), region, out);
         }
         vision
     }
@@ -336,14 +336,16 @@ impl Environment for Highway {
             self.shared.infrared.read(&self.bodies[0], self.cars(), moment, out);
             return Ok(());
         }
-        let window = Region::ALL[sensor].window();
+        let region = Region::ALL[sensor];
         let mut counts = [0_u32; 4];
         self.with_learners_scene(|scene| {
-            self.see_classes(scene, window, |_, class| counts[class as usize] += 1);
+            if self.shared.config.pixels == Pixels::Classes {
+                counts = self.shared.camera.count(scene, region);
+            } else {
+                self.see_classes(scene, region.window(), |_, class| counts[class as usize] += 1);
+            }
         });
-        for (fraction, count) in out.iter_mut().zip(counts) {
-            *fraction = f64::from(count) / window.pixels() as f64;
-        }
+        fractions(counts, region, out);
         Ok(())
     }
 
@@ -384,6 +386,12 @@ impl Environment for Highway {
     fn fork(&self) -> Option<Box<dyn Environment>> {
         Some(Box::new(self.clone()))
     }
+}
+
+/// Shares of the classes among the pixels of a region.
+fn fractions(counts: [u32; 4], region: Region, out: &mut [f64]) {
+    let pixels = region.window().pixels() as f64;
+    out.iter_mut().zip(counts).for_each(|(share, count)| *share = f64::from(count) / pixels);
 }
 
 fn obstacle(body: &Pose, material: Material) -> Obstacle {

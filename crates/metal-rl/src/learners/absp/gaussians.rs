@@ -2,6 +2,7 @@
 //! horizontal sums, and in the same order of additions as the plain scalar code.
 
 use crate::num;
+use multiversion::multiversion;
 use serde::{Deserialize, Serialize};
 
 /// Gaussians per group.
@@ -37,6 +38,7 @@ pub(crate) struct Gaussians {
 }
 
 /// Place of entry (i, j), j ≤ i, in a lower triangle stored by rows.
+#[inline(always)]
 fn at(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }
@@ -199,35 +201,13 @@ impl Gaussians {
 
     fn distances_diagonal(&self, group: usize, s: &[f64]) -> Lane {
         let range = group * self.dims..(group + 1) * self.dims;
-        let mut sum = [0.0; LANES];
-        for ((mean, inverse), &x) in self.means[range.clone()].iter().zip(&self.inverses[range]).zip(s) {
-            for lane in 0..LANES {
-                let e = x - mean[lane];
-                sum[lane] += e * e * inverse[lane];
-            }
-        }
-        sum
+        diagonal_distances(&self.means[range.clone()], &self.inverses[range], s)
     }
 
     fn distances_full(&self, group: usize, s: &[f64], rows: &mut [Lane]) -> Lane {
         let range = group * self.dims..(group + 1) * self.dims;
-        let (means, inverses) = (&self.means[range.clone()], &self.inverses[range]);
         let factors = &self.factors[group * self.rows()..];
-        let mut sum = [0.0; LANES];
-        for (i, &x) in s.iter().enumerate() {
-            let mut y: Lane = std::array::from_fn(|lane| x - means[i][lane]);
-            for (l, z) in factors[at(i, 0)..at(i, i)].iter().zip(&rows[..i]) {
-                for lane in 0..LANES {
-                    y[lane] -= l[lane] * z[lane];
-                }
-            }
-            for lane in 0..LANES {
-                y[lane] *= inverses[i][lane];
-                sum[lane] += y[lane] * y[lane];
-            }
-            rows[i] = y;
-        }
-        sum
+        full_distances((&self.means[range.clone()], &self.inverses[range], factors), s, rows)
     }
 
     /// What a Gaussian with a full covariance expects of its last dimension, given the others (whitened: `rows`):
@@ -324,6 +304,40 @@ impl Gaussians {
         let diagonal = (0..self.counted).map(|i| self.factor(c, if self.full { at(i, i) } else { i }));
         self.log_dets[c / LANES][c % LANES] = power * log_product(diagonal);
     }
+}
+
+/// Σ ((s − μ)/σ)² for a group, from means and 1/σ² by dimension.
+#[multiversion(targets("x86_64+avx2"))]
+fn diagonal_distances(means: &[Lane], inverses: &[Lane], s: &[f64]) -> Lane {
+    let mut sum = [0.0; LANES];
+    for ((mean, inverse), &x) in means.iter().zip(inverses).zip(s) {
+        for lane in 0..LANES {
+            let e = x - mean[lane];
+            sum[lane] += e * e * inverse[lane];
+        }
+    }
+    sum
+}
+
+/// |y|², y = L⁻¹(s − μ), for a group, from (means, 1/L\[i\]\[i\], lower triangles by rows); y by dimension goes into `rows`.
+#[multiversion(targets("x86_64+avx2"))]
+fn full_distances(of: (&[Lane], &[Lane], &[Lane]), s: &[f64], rows: &mut [Lane]) -> Lane {
+    let (means, inverses, factors) = of;
+    let mut sum = [0.0; LANES];
+    for (i, &x) in s.iter().enumerate() {
+        let mut y: Lane = means[i].map(|mean| x - mean);
+        for (l, z) in factors[at(i, 0)..at(i, i)].iter().zip(&rows[..i]) {
+            for lane in 0..LANES {
+                y[lane] -= l[lane] * z[lane];
+            }
+        }
+        for lane in 0..LANES {
+            y[lane] *= inverses[i][lane];
+            sum[lane] += y[lane] * y[lane];
+        }
+        rows[i] = y;
+    }
+    sum
 }
 
 /// Σ ln x, with one logarithm for eight factors: widths and variances are far from the ends of the number range.

@@ -4,15 +4,17 @@
 //! no horizontal sum, keeps the order of additions of the plain scalar code, and the compiler turns it into vector
 //! instructions.
 
+mod kernels;
+
 use crate::num;
 use crate::random::Rng;
+use kernels::{Backward, Moments, Row};
 use serde::{Deserialize, Serialize};
 
-/// Outputs that are computed side by side.
-pub const LANES: usize = 16;
+pub use kernels::LANES;
 
-/// Widest layer whose activations fit on the stack in [`Network::forward`].
-const STACK: usize = 256;
+/// Blocks of the widest layer whose activations fit on the stack in [`Network::forward`].
+const STACK: usize = 256 / LANES;
 
 /// What a hidden unit does to its sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -72,9 +74,9 @@ struct Layer {
     inputs: usize,
     outputs: usize,
     /// Blocks × (inputs + 1) rows.
-    weights: Vec<[f32; LANES]>,
-    mean_gradient: Vec<[f32; LANES]>,
-    mean_square: Vec<[f32; LANES]>,
+    weights: Vec<Row>,
+    mean_gradient: Vec<Row>,
+    mean_square: Vec<Row>,
 }
 
 /// A dense network with its optimiser's memory.
@@ -91,12 +93,14 @@ pub struct Network {
 /// Buffers of training; they carry nothing from batch to batch.
 #[derive(Clone, Debug, Default)]
 struct Workspace {
-    /// Per layer: samples × padded outputs.
-    activations: Vec<Vec<f32>>,
+    /// Per layer: samples × blocks.
+    activations: Vec<Vec<Row>>,
     /// As activations: derivative of the loss with respect to each layer's sums.
-    deltas: Vec<Vec<f32>>,
+    deltas: Vec<Vec<Row>>,
     /// Per layer: as its weights.
-    gradients: Vec<Vec<[f32; LANES]>>,
+    gradients: Vec<Vec<Row>>,
+    /// Weights of the layer on its way back, inputs side by side.
+    transposed: Vec<Row>,
 }
 
 impl Layer {
@@ -113,74 +117,26 @@ impl Layer {
         Self { inputs, outputs, weights, mean_gradient: zeros.clone(), mean_square: zeros }
     }
 
-    /// Width of a row of outputs, whole blocks.
-    fn padded(&self) -> usize {
-        self.outputs.div_ceil(LANES) * LANES
+    /// Blocks of outputs.
+    fn blocks(&self) -> usize {
+        self.outputs.div_ceil(LANES)
     }
 
-    /// out = W input + bias; `out` has the padded width.
-    fn affine(&self, input: &[f32], out: &mut [f32]) {
-        let (out, _) = out.as_chunks_mut::<LANES>();
-        for (block, out) in self.weights.chunks_exact(self.inputs + 1).zip(out) {
-            let mut sum = block[self.inputs];
-            for (row, &x) in block.iter().zip(&input[..self.inputs]) {
-                for lane in 0..LANES {
-                    sum[lane] += x * row[lane];
-                }
-            }
-            *out = sum;
-        }
+    /// Carries deltas back to this layer's inputs, given those inputs' activations.
+    fn carry_back(&self, deltas: &[Row], below: &[Row], slope: f32, buffers: (&mut Vec<Row>, &mut [Row])) {
+        let (transposed, out) = buffers;
+        let blocks = self.blocks();
+        transposed.clear();
+        transposed.resize(self.inputs.div_ceil(LANES) * blocks * LANES, [0.0; LANES]);
+        kernels::transpose(&self.weights, self.inputs, transposed);
+        kernels::carry_back(&Backward { transposed, blocks, slope }, deltas, below, out);
     }
 
-    /// Gradient of the loss for all samples: inputs are rows of `stride` numbers, deltas of the padded width.
-    fn gradient(&self, inputs: &[f32], stride: usize, deltas: &[f32], out: &mut [[f32; LANES]]) {
-        let blocks = self.padded() / LANES;
-        let (deltas, _) = deltas.as_chunks::<LANES>();
-        for (b, out) in out.chunks_exact_mut(self.inputs + 1).enumerate() {
-            for (i, row) in out.iter_mut().enumerate() {
-                let mut sum = [0.0; LANES];
-                let is_bias = i == self.inputs;
-                for (input, delta) in inputs.chunks_exact(stride).zip(deltas.iter().skip(b).step_by(blocks)) {
-                    let x = if is_bias { 1.0 } else { input[i] };
-                    for lane in 0..LANES {
-                        sum[lane] += x * delta[lane];
-                    }
-                }
-                *row = sum;
-            }
-        }
-    }
-
-    /// Carries deltas back to this layer's inputs, given those inputs' activations (rows of `stride`).
-    fn carry_back(&self, deltas: &[f32], below: &[f32], slope: f32, out: &mut [f32]) {
-        let (rows, blocks) = (self.inputs + 1, self.padded() / LANES);
-        let stride = below.len() * blocks * LANES / deltas.len();
-        let (deltas, _) = deltas.as_chunks::<LANES>();
-        for i in 0..self.inputs {
-            for (s, delta) in deltas.chunks_exact(blocks).enumerate() {
-                let mut sum = [0.0; LANES];
-                for (b, delta) in delta.iter().enumerate() {
-                    let row = &self.weights[b * rows + i];
-                    for lane in 0..LANES {
-                        sum[lane] += row[lane] * delta[lane];
-                    }
-                }
-                let gate = if below[s * stride + i] > 0.0 { 1.0 } else { slope };
-                out[s * stride + i] = gate * total(&sum);
-            }
-        }
-    }
-
-    /// One step of Adam; `rate` and `epsilon` already hold the corrections for the start.
-    fn step(&mut self, gradient: &[[f32; LANES]], adam: Adam, rate: f32, epsilon: f32) {
-        let moments = self.mean_gradient.iter_mut().zip(&mut self.mean_square);
-        for ((w, g), (m, v)) in self.weights.iter_mut().zip(gradient).zip(moments) {
-            for lane in 0..LANES {
-                m[lane] = adam.beta1 * m[lane] + (1.0 - adam.beta1) * g[lane];
-                v[lane] = adam.beta2 * v[lane] + (1.0 - adam.beta2) * g[lane] * g[lane];
-                w[lane] -= rate * m[lane] / (v[lane].sqrt() + epsilon);
-            }
-        }
+    /// One step of Adam; `rate` holds the step size and the least divisor, corrected for the start.
+    fn step(&mut self, gradient: &[Row], adam: Adam, rate: [f32; 2]) {
+        let (mean, square) = (&mut self.mean_gradient, &mut self.mean_square);
+        let moments = Moments { mean, square, betas: [adam.beta1, adam.beta2], rate };
+        kernels::adam(&mut self.weights, gradient, moments);
     }
 
     /// Whether all vectors have the lengths that the shape demands.
@@ -188,17 +144,6 @@ impl Layer {
         let rows = self.outputs.div_ceil(LANES) * (self.inputs + 1);
         [&self.weights, &self.mean_gradient, &self.mean_square].iter().all(|v| v.len() == rows)
     }
-}
-
-/// Sum over the lanes, by halves.
-fn total(lanes: &[f32; LANES]) -> f32 {
-    let mut half: [f32; 8] = std::array::from_fn(|i| lanes[i] + lanes[i + 8]);
-    for width in [4, 2, 1] {
-        for i in 0..width {
-            half[i] += half[i + width];
-        }
-    }
-    half[0]
 }
 
 /// Applies the activation in place.
@@ -266,11 +211,11 @@ impl Network {
     /// If the lengths are not those of the network.
     pub fn forward(&self, input: &[f32], out: &mut [f32]) {
         assert_eq!((input.len(), out.len()), (self.inputs(), self.outputs()), "shape of the network");
-        let widest = self.layers.iter().map(Layer::padded).max().unwrap_or(0);
+        let widest = self.layers.iter().map(Layer::blocks).max().unwrap_or(0);
         if widest <= STACK {
-            self.forward_in(input, out, &mut [0.0; STACK], &mut [0.0; STACK]);
+            self.forward_in(input, out, &mut [[0.0; LANES]; STACK], &mut [[0.0; LANES]; STACK]);
         } else {
-            self.forward_in(input, out, &mut vec![0.0; widest], &mut vec![0.0; widest]);
+            self.forward_in(input, out, &mut vec![[0.0; LANES]; widest], &mut vec![[0.0; LANES]; widest]);
         }
     }
 
@@ -279,19 +224,22 @@ impl Network {
         &self,
         input: &[f32],
         out: &mut [f32],
-        mut here: &'a mut [f32],
-        mut there: &'a mut [f32],
+        mut here: &'a mut [Row],
+        mut there: &'a mut [Row],
     ) {
         let (last, hidden) = self.layers.split_last().expect("a network has a layer");
         let slope = self.activation.slope();
         for (l, layer) in hidden.iter().enumerate() {
-            let source: &[f32] = if l == 0 { input } else { there };
-            layer.affine(source, &mut here[..layer.padded()]);
-            rectify(&mut here[..layer.outputs], slope);
+            let source: &[f32] = if l == 0 { input } else { there.as_flattened() };
+            let sums = &mut here[..layer.blocks()];
+            kernels::affine(&layer.weights, &source[..layer.inputs], sums);
+            rectify(sums.as_flattened_mut(), slope);
             std::mem::swap(&mut here, &mut there);
         }
-        last.affine(if hidden.is_empty() { input } else { there }, &mut here[..last.padded()]);
-        out.copy_from_slice(&here[..last.outputs]);
+        let source: &[f32] = if hidden.is_empty() { input } else { there.as_flattened() };
+        let sums = &mut here[..last.blocks()];
+        kernels::affine(&last.weights, &source[..last.inputs], sums);
+        out.copy_from_slice(&sums.as_flattened()[..last.outputs]);
     }
 
     /// Turns every output z into gain·z + shift, exactly up to rounding, so that a change of the targets' unit keeps
@@ -326,7 +274,7 @@ impl Network {
         let rate = (f64::from(self.adam.learning_rate) * unbias / first) as f32;
         let epsilon = (1e-8 * unbias) as f32;
         for (layer, gradient) in self.layers.iter_mut().zip(&self.work.gradients) {
-            layer.step(gradient, self.adam, rate, epsilon);
+            layer.step(gradient, self.adam, [rate, epsilon]);
         }
         loss
     }
@@ -347,36 +295,42 @@ impl Network {
     }
 
     /// Activations of every layer for every sample.
-    fn forward_batch(&self, inputs: &[f32], activations: &mut [Vec<f32>]) {
+    fn forward_batch(&self, inputs: &[f32], activations: &mut [Vec<Row>]) {
+        let slope = self.activation.slope();
         for (l, layer) in self.layers.iter().enumerate() {
             let (below, here) = activations.split_at_mut(l);
-            let (source, stride) = match below.last() {
-                None => (inputs, layer.inputs),
-                Some(below) => (below.as_slice(), self.layers[l - 1].padded()),
-            };
-            for (x, y) in source.chunks_exact(stride).zip(here[0].chunks_exact_mut(layer.padded())) {
-                layer.affine(x, y);
-                if l + 1 < self.layers.len() {
-                    rectify(y, self.activation.slope());
-                }
+            let (source, stride) = self.source(l, inputs, below);
+            kernels::affine_batch(&layer.weights, layer.inputs, source, stride, &mut here[0]);
+            if l + 1 < self.layers.len() {
+                rectify(here[0].as_flattened_mut(), slope);
             }
+        }
+    }
+
+    /// What layer `l` takes in, row by row, and the length of a row; `activations` are those of the layers below.
+    fn source<'a>(&self, l: usize, inputs: &'a [f32], activations: &'a [Vec<Row>]) -> (&'a [f32], usize) {
+        match l.checked_sub(1) {
+            None => (inputs, self.layers[0].inputs),
+            Some(below) => (activations[below].as_flattened(), self.layers[below].blocks() * LANES),
         }
     }
 
     /// Deltas of the outputs, and the mean loss.
     fn output_deltas(&self, batch: &Batch<'_>, work: &mut Workspace) -> f64 {
         let (last, outputs) = (self.layers.len() - 1, self.outputs());
-        let stride = self.layers[last].padded();
+        let stride = self.layers[last].blocks() * LANES;
         let samples = batch.targets.len() / outputs;
         let clip = self.adam.error_clip;
+        let (values, deltas) = (work.activations[last].as_flattened(), work.deltas[last].as_flattened_mut());
+        deltas.fill(0.0);
         let mut loss = 0.0;
         for s in 0..samples {
             for o in 0..outputs {
                 let weight = batch.weights[s * outputs + o];
                 if weight > 0.0 {
-                    let error = work.activations[last][s * stride + o] - batch.targets[s * outputs + o];
+                    let error = values[s * stride + o] - batch.targets[s * outputs + o];
                     let clipped = error.clamp(-clip, clip);
-                    work.deltas[last][s * stride + o] = weight * clipped / samples as f32;
+                    deltas[s * stride + o] = weight * clipped / samples as f32;
                     loss += f64::from(weight * clipped * (error - 0.5 * clipped));
                 }
             }
@@ -387,122 +341,31 @@ impl Network {
     /// Gradients of all layers, from the deltas of the outputs.
     fn backward(&self, inputs: &[f32], work: &mut Workspace) {
         let slope = self.activation.slope();
+        let Workspace { activations, deltas, gradients, transposed } = work;
         for (l, layer) in self.layers.iter().enumerate().rev() {
-            let (below, here) = work.deltas.split_at_mut(l);
-            let (source, stride) = match l {
-                0 => (inputs, layer.inputs),
-                _ => (work.activations[l - 1].as_slice(), self.layers[l - 1].padded()),
-            };
-            layer.gradient(source, stride, &here[0], &mut work.gradients[l]);
+            let (below, here) = deltas.split_at_mut(l);
+            let (source, stride) = self.source(l, inputs, activations);
+            kernels::gradient(layer.inputs, (source, stride), &here[0], &mut gradients[l]);
             if let Some(below) = below.last_mut() {
-                layer.carry_back(&here[0], source, slope, below);
+                layer.carry_back(&here[0], &activations[l - 1], slope, (transposed, below));
             }
         }
     }
 }
 
 impl Workspace {
-    /// Makes all buffers fit, with zeros where the backward pass does not write.
+    /// Makes all buffers fit.
     fn fit(&mut self, layers: &[Layer], samples: usize) {
         self.activations.resize(layers.len(), Vec::new());
         self.deltas.resize(layers.len(), Vec::new());
         self.gradients.resize(layers.len(), Vec::new());
         for (l, layer) in layers.iter().enumerate() {
-            self.activations[l].resize(samples * layer.padded(), 0.0);
-            self.deltas[l].clear();
-            self.deltas[l].resize(samples * layer.padded(), 0.0);
+            self.activations[l].resize(samples * layer.blocks(), [0.0; LANES]);
+            self.deltas[l].resize(samples * layer.blocks(), [0.0; LANES]);
             self.gradients[l].resize(layer.weights.len(), [0.0; LANES]);
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A batch of three samples for a 5-20-18-3 network, with holes in the targets.
-    fn example() -> (Network, Vec<f32>, Vec<f32>, Vec<f32>) {
-        let mut rng = Rng::new(4);
-        let adam = Adam { error_clip: 0.8, ..Adam::default() };
-        let net = Network::new(&[5, 20, 18, 3], Activation::LeakyRelu, adam, &mut rng);
-        let mut draw = |n: usize| (0..n).map(|_| rng.normal() as f32).collect::<Vec<_>>();
-        let (inputs, targets) = (draw(15), draw(9));
-        (net, inputs, targets, vec![1.0, 0.0, 0.5, 0.0, 2.0, 1.0, 1.0, 1.0, 0.0])
-    }
-
-    #[test]
-    #[allow(clippy::needless_range_loop, reason = "the network is changed while its rows are walked")]
-    fn the_gradient_is_that_of_finite_differences() {
-        let (mut net, inputs, targets, weights) = example();
-        let batch = Batch { inputs: &inputs, targets: &targets, weights: &weights };
-        net.differentiate(&batch);
-        let gradients = net.work.gradients.clone();
-        let mut checked = 0;
-        for l in 0..net.layers.len() {
-            for r in 0..net.layers[l].weights.len() {
-                for lane in [0, 1, 2, 9] {
-                    let base = net.layers[l].weights[r][lane];
-                    let mut loss_at = |w: f32| {
-                        net.layers[l].weights[r][lane] = w;
-                        net.differentiate(&batch)
-                    };
-                    let h = 4e-3;
-                    let slope = (loss_at(base + h) - loss_at(base - h)) / (2.0 * f64::from(h));
-                    loss_at(base);
-                    let is = f64::from(gradients[l][r][lane]);
-                    assert!((slope - is).abs() < 2e-3, "layer {l} row {r} lane {lane}: {is} not {slope}");
-                    checked += usize::from(is.abs() > 1e-3);
-                }
-            }
-        }
-        assert!(checked > 50, "only {checked} gradients differ from zero");
-    }
-
-    #[test]
-    fn wide_and_narrow_networks_compute_the_same_function() {
-        let mut rng = Rng::new(1);
-        let net = Network::new(&[3, 300, 2], Activation::Relu, Adam::default(), &mut rng);
-        let (input, mut out) = ([0.1, 0.7, -0.4], [0.0; 2]);
-        net.forward(&input, &mut out);
-        let mut layers = vec![vec![0.0; 304], vec![0.0; 16]];
-        net.forward_batch(&input, &mut layers);
-        assert_eq!(out, layers[1][..2]);
-    }
-
-    #[test]
-    fn masked_targets_do_not_move_their_outputs_bias() {
-        let (mut net, inputs, targets, mut weights) = example();
-        weights.iter_mut().skip(1).step_by(3).for_each(|w| *w = 0.0);
-        let before = net.layers[2].weights[18];
-        net.train_batch(&Batch { inputs: &inputs, targets: &targets, weights: &weights });
-        let after = net.layers[2].weights[18];
-        assert_eq!(before[1].to_bits(), after[1].to_bits());
-        assert!(before[0].to_bits() != after[0].to_bits());
-    }
-
-    #[test]
-    fn rescaled_outputs_are_rescaled() {
-        let (mut net, inputs, ..) = example();
-        let (mut before, mut after) = ([0.0; 3], [0.0; 3]);
-        net.forward(&inputs[..5], &mut before);
-        net.rescale_outputs(0.5, -3.0);
-        net.forward(&inputs[..5], &mut after);
-        for (b, a) in before.iter().zip(&after) {
-            assert!((0.5 * b - 3.0 - a).abs() < 1e-5);
-        }
-    }
-
-    #[test]
-    fn training_fits_a_curve() {
-        let mut rng = Rng::new(2);
-        let mut net = Network::new(&[1, 32, 32, 1], Activation::LeakyRelu, Adam::default(), &mut rng);
-        let mut loss = 1.0;
-        for _ in 0..6000 {
-            let xs: Vec<f32> = (0..16).map(|_| rng.uniform() as f32).collect();
-            let ys: Vec<f32> = xs.iter().map(|&x| num::sin(6.0 * f64::from(x)) as f32).collect();
-            loss = 0.99 * loss
-                + 0.01 * net.train_batch(&Batch { inputs: &xs, targets: &ys, weights: &[1.0; 16] });
-        }
-        assert!(loss < 1e-3, "mean loss {loss}");
-    }
-}
+mod tests;

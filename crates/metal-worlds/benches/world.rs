@@ -1,0 +1,87 @@
+//! World steps, with more and more seen: nobody looks; the red cars look and think; the learner looks, too.
+
+use metal_rl::environment::Environment;
+use metal_rl::learners::nn::{Activation, Adam, Network, narrow};
+use metal_rl::num;
+use metal_rl::random::Rng;
+use metal_worlds::highway::{Driver, Highway, HighwayConfig, Steering, VISION};
+use std::error::Error;
+use std::sync::Arc;
+
+/// Episodes of one round, and steps of each.
+const EPISODES: usize = 3;
+const STEPS: usize = 50;
+
+/// A red car's mind: a network of the size of the shipped one, that has learned nothing.
+struct Mind(Network);
+
+impl Driver for Mind {
+    fn drive(&self, vision: &[f64; VISION]) -> usize {
+        let (mut input, mut values) = ([0.0; VISION], [0.0; 5]);
+        narrow(vision, &mut input);
+        self.0.forward(&input, &mut values);
+        num::argmax(&values.map(f64::from))
+    }
+}
+
+fn minds() -> Steering {
+    let mut rng = Rng::new(1);
+    let net = Network::new(&[VISION, 64, 64, 5], Activation::LeakyRelu, Adam::default(), &mut rng);
+    Steering::Mind(Arc::new(Mind(net)))
+}
+
+/// Seeds of episodes with two red cars.
+fn crowded(world: &mut Highway) -> Result<Vec<u64>, Box<dyn Error>> {
+    let mut seeds = Vec::new();
+    for seed in 0.. {
+        world.reset(seed)?;
+        if world.cars().len() == 2 {
+            seeds.push(seed);
+        }
+        if seeds.len() == EPISODES {
+            break;
+        }
+    }
+    Ok(seeds)
+}
+
+/// Drives all episodes, reading the first `sensors` sensors before every step; the sum of what was read.
+fn drive(world: &mut Highway, seeds: &[u64], sensors: usize) -> Result<f64, Box<dyn Error>> {
+    let (mut reading, mut sum) = ([0.0; 8], 0.0);
+    for &seed in seeds {
+        world.reset(seed)?;
+        for step in 0..STEPS {
+            for sensor in 0..sensors {
+                let features = world.spec().sensors[sensor].features.len();
+                world.sense(sensor, &mut reading[..features])?;
+                sum += reading[0];
+            }
+            world.step(step % 5)?;
+        }
+    }
+    Ok(sum)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut world = Highway::new(HighwayConfig::default(), Steering::Scripted);
+    let grounds = world.grounds();
+    let seeds = crowded(&mut world)?;
+    let cases = [
+        ("nobody looks, scripted cars", Steering::Scripted, 0),
+        ("two cars look and think", minds(), 0),
+        ("and the learner looks at one region", minds(), 1),
+        ("and the learner looks at all regions", minds(), 6),
+        ("and at its infra-red ring: three robots, all they have", minds(), 7),
+        ("only the learner looks, at all regions", Steering::Scripted, 6),
+    ];
+    for (name, steering, sensors) in cases {
+        let mut world = Highway::on_roads(HighwayConfig::default(), Arc::clone(&grounds), steering);
+        let mut work = || {
+            std::hint::black_box(
+                drive(&mut world, &seeds, sensors).expect("a simulated world does not fail"),
+            );
+        };
+        xtask::measure(("world", name), (EPISODES * STEPS, "step"), &mut work)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,37 @@
+//! Stopwatch of the benchmarks: the shortest of many short rounds, so that whoever else uses the machine disturbs least.
+
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+/// What begins a line of measurement in the output of a benchmark.
+pub const MARK: &str = "measured";
+
+/// How long one benchmark is repeated.
+const PATIENCE: Duration = Duration::from_millis(1500);
+
+/// Shortest time of one round of `work`, in seconds, of all rounds within a second and a half.
+///
+/// A round should take about a millisecond: long against the clock's resolution, short against the scheduler's slices.
+pub fn shortest_round_secs(mut work: impl FnMut()) -> f64 {
+    let begin = Instant::now();
+    let mut best = f64::INFINITY;
+    while begin.elapsed() < PATIENCE {
+        let round = Instant::now();
+        work();
+        best = best.min(round.elapsed().as_secs_f64());
+    }
+    best
+}
+
+/// Measures `work`, which does `count` times `what`, and prints one line: group, name, seconds per `what`, `what`.
+///
+/// # Errors
+/// If nobody takes the line.
+pub fn measure(
+    (group, name): (&str, &str),
+    (count, what): (usize, &str),
+    work: impl FnMut(),
+) -> std::io::Result<()> {
+    let secs = shortest_round_secs(work) / count as f64;
+    writeln!(std::io::stdout().lock(), "{MARK}\t{group}\t{name}\t{secs:e}\t{what}")
+}

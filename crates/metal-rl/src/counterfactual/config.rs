@@ -103,6 +103,8 @@ pub struct CounterfactualConfig {
     pub judged: f64,
     /// Motor steps of a roll-out before the student's own value stands in for the rest.
     pub horizon: usize,
+    /// Whether it stands in; else a roll-out that is cut short ends in nothing.
+    pub bootstrap: bool,
     /// Discount per motor action, in [0, 1).
     pub gamma: f64,
     /// Iterations over which the price of looking that is learned from rises from 0 to the true one.
@@ -129,6 +131,7 @@ impl Default for CounterfactualConfig {
             window: 5,
             judged: 0.5,
             horizon: 10,
+            bootstrap: true,
             gamma: 0.93,
             price_ramp: 6,
             tolerance: 0.1,

@@ -174,7 +174,9 @@ impl<'a> Desk<'a> {
             let (next, price) = self.decide(world)?;
             total -= discount * price;
             if step == horizon || outcome.end == End::TimeLimit {
-                total += discount * self.student.worth(&self.gaze, next, &self.scratch);
+                if self.student.config().bootstrap {
+                    total += discount * self.student.worth(&self.gaze, next, &self.scratch);
+                }
                 break;
             }
             action = next;

@@ -46,7 +46,7 @@ iterations = 1
 judged = 1.0
 price_ramp = 0
 validation_runs = 1
-fit = { batches = 10000, own_looks = 0.9, lambda = 1.0, weight_decay = 0.2, averaged = 0.5, final_rate = 0.02 }
+fit = { batches = 10000, own_looks = 0.9, weight_decay = 0.2, averaged = 0.5, final_rate = 0.02 }
 network = { adam = { learning_rate = 0.005 } }";
 
 #[test]
@@ -105,7 +105,7 @@ price_ramp = 3
 horizon = 12
 gamma = 0.97
 validation_runs = 60
-fit = { batches = 400, lambda = 1.0, final_rate = 0.05 }
+fit = { batches = 400, final_rate = 0.05 }
 network = { hidden = [32, 32], adam = { learning_rate = 0.005 } }
 looks = { adaptive = { max_looks = 2 } }
 [phase.attention]

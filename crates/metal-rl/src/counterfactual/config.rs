@@ -32,7 +32,7 @@ impl Default for NetworkConfig {
         Self {
             hidden: vec![64, 64],
             activation: Activation::LeakyRelu,
-            adam: Adam::default(),
+            adam: Adam { learning_rate: 3e-3, ..Adam::default() },
             ensemble: 1,
             caution: 0.0,
         }
@@ -57,6 +57,9 @@ pub struct FitConfig {
     /// Share of the labels of the state itself, against the teacher's expectation, in what is known after a look, in
     /// [0, 1]. An expectation that learned a state by heart overrates looks; the labels do not.
     pub lambda: f64,
+    /// Weight of a move's label that was judged after other looks than those it is learned for (only with memory), in
+    /// [0, 1].
+    pub inexact: f64,
     /// Decay of the weights per training step, in units of the step size.
     pub weight_decay: f64,
     /// Share at the end of a fit over which weights are averaged, in [0, 1).
@@ -71,12 +74,13 @@ impl Default for FitConfig {
             batches: 1500,
             batch: 64,
             refresh: 150,
-            own_looks: 0.5,
+            own_looks: 0.7,
             looks_per_sample: 2,
-            lambda: 0.0,
-            weight_decay: 0.0,
-            averaged: 0.0,
-            final_rate: 0.1,
+            lambda: 1.0,
+            inexact: 0.25,
+            weight_decay: 0.1,
+            averaged: 0.3,
+            final_rate: 0.02,
         }
     }
 }
@@ -186,6 +190,13 @@ impl CounterfactualConfig {
         let own = fit.own_looks;
         within("fit.own_looks", own, (0.0..=1.0).contains(&own), "must be in [0, 1]")?;
         count("fit.looks_per_sample", fit.looks_per_sample, 1..=64)?;
+        for (field, value) in [("fit.lambda", fit.lambda), ("fit.inexact", fit.inexact)] {
+            within(field, value, (0.0..=1.0).contains(&value), "must be in [0, 1]")?;
+        }
+        let averaged = fit.averaged;
+        within("fit.averaged", averaged, (0.0..1.0).contains(&averaged), "must be in [0, 1)")?;
+        let decay = fit.weight_decay;
+        within("fit.weight_decay", decay, (0.0..=100.0).contains(&decay), "must be 0 to 100")?;
         share("fit.final_rate", fit.final_rate)
     }
 

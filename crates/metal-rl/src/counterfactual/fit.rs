@@ -77,8 +77,10 @@ pub(super) fn scale(data: &[&Judged]) -> Scale {
     let n = data.len().max(1) as f64;
     let centre = data.iter().map(|j| j.value).sum::<f64>() / n;
     let variance = data.iter().map(|j| (j.value - centre) * (j.value - centre)).sum::<f64>() / n;
-    let square =
-        |j: &&Judged| j.advantages.iter().map(|a| a * a).sum::<f64>() / j.advantages.len().max(1) as f64;
+    let square = |j: &&Judged| {
+        let own = j.worths.first().map_or(&[][..], |w| &w.advantages);
+        own.iter().map(|a| a * a).sum::<f64>() / own.len().max(1) as f64
+    };
     let advantage = (data.iter().map(square).sum::<f64>() / n).sqrt();
     Scale { advantage: advantage.max(SMALLEST), value: variance.sqrt().max(SMALLEST), centre }
 }
@@ -167,8 +169,10 @@ impl Lesson {
         let unit = teacher.scale().advantage;
         for row in 0..self.rows {
             let (judged, mask) = self.draw(row, teacher, data);
-            for (action, advantage) in judged.advantages.iter().enumerate() {
-                self.label(row, action, advantage / unit);
+            let (worth, exact) = judged.worth(mask);
+            let weight = if exact { 1.0 } else { teacher.config().fit.inexact as f32 };
+            for (action, advantage) in worth.iter().enumerate() {
+                self.label((row, action), advantage / unit, weight);
             }
             for _ in 0..teacher.config().fit.looks_per_sample {
                 self.label_look(row, (judged, mask), teacher, price_share);
@@ -181,14 +185,14 @@ impl Lesson {
         let scale = teacher.scale();
         for row in 0..self.rows {
             let (judged, _) = self.draw(row, teacher, data);
-            self.label(row, 0, (judged.value - scale.centre) / scale.value);
+            self.label((row, 0), (judged.value - scale.centre) / scale.value, 1.0);
         }
     }
 
-    fn label(&mut self, row: usize, output: usize, target: f64) {
+    fn label(&mut self, (row, output): (usize, usize), target: f64, weight: f32) {
         let at = row * self.outputs + output;
         self.targets[at] = target as f32;
-        self.weights[at] = 1.0;
+        self.weights[at] = weight;
     }
 
     /// One look that is open at the mask, drawn at random, if there is any.
@@ -206,7 +210,7 @@ impl Lesson {
         let Some(slot) = open.iter().nth(self.rng.below(open.len())) else { return };
         let work = (&mut self.masked[..], &mut self.scratch);
         let worth = look_worth(teacher, judged, (mask, slot), price_share, work);
-        self.label(row, teacher.actions() + slot, worth / teacher.scale().advantage);
+        self.label((row, teacher.actions() + slot), worth / teacher.scale().advantage, 1.0);
     }
 
     /// The looks through which a state is seen: those of the rule; else some that the teacher would take itself, or
@@ -216,6 +220,9 @@ impl Lesson {
             Rule::Scheduled { .. } => teacher.rule().due(judged.clock).unwrap_or_default(),
             Rule::Adaptive { max_looks, .. } => {
                 if self.rng.chance(teacher.config().fit.own_looks) {
+                    if judged.worths.len() > 1 && self.rng.chance(0.5) {
+                        return judged.worths[self.rng.below(judged.worths.len())].looks;
+                    }
                     self.own_looks(teacher, judged)
                 } else {
                     self.any_looks(teacher.layout().slots(), max_looks)
@@ -275,9 +282,94 @@ fn look_worth(
             return expected;
         }
         let Some((next, _)) = look else {
-            return (1.0 - lambda) * expected + lambda * (judged.advantages[action] - spent);
+            let (worth, exact) = judged.worth(after);
+            let lambda = if exact { lambda } else { 0.0 };
+            return (1.0 - lambda) * expected + lambda * (worth[action] - spent);
         };
         after = after.with(next);
         spent += price_share * teacher.prices()[next];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::counterfactual::config::{CounterfactualConfig, FitConfig};
+    use crate::counterfactual::judge::Worth;
+    use crate::counterfactual::student::StudentShape;
+
+    fn student(rule: Rule, fit: FitConfig) -> Student {
+        let shape = StudentShape { blocks: vec![1, 1], prices: vec![2.0, 0.5], actions: 2, rule };
+        let config = CounterfactualConfig { fit, ..CounterfactualConfig::default() };
+        Student::new(&config, &shape, &Streams::new(3)).unwrap()
+    }
+
+    /// A state whose right move is told by the first reading; the second one tells nothing.
+    fn state(bit: bool, noise: f32) -> Judged {
+        let right = usize::from(bit);
+        let advantages = (0..2).map(|a| if a == right { 0.0 } else { -10.0 }).collect();
+        let own = Worth { looks: IndexSet::EMPTY, advantages };
+        Judged { full: vec![right as f32, noise, 1.0, 1.0], clock: 0, worths: vec![own], value: -3.0 }
+    }
+
+    const FREE: Rule = Rule::Adaptive { min_looks: 0, max_looks: 2 };
+
+    #[test]
+    fn a_look_is_worth_what_is_known_after_it_less_its_price() {
+        let student = student(FREE, FitConfig { lambda: 0.0, ..FitConfig::default() });
+        let (judged, mut masked) = (state(true, 0.4), vec![0.0; 4]);
+        let (mut scratch, mut again) = (student.scratch(), student.scratch());
+        let worth = look_worth(&student, &judged, (IndexSet::EMPTY, 1), 0.5, (&mut masked, &mut scratch));
+        student.evaluate(&[0.0, 0.4, 0.0, 1.0], &mut again);
+        // Moves 0 and 1, or a look at slot 0; slot 1 has been looked at.
+        let best = again.values[0].max(again.values[1]).max(again.values[2]);
+        assert_eq!(worth, best - 0.5 * 0.5);
+    }
+
+    #[test]
+    fn with_lambda_it_is_worth_what_the_teacher_then_earns_on_this_very_state() {
+        let rule = Rule::Adaptive { min_looks: 0, max_looks: 1 };
+        let student = student(rule, FitConfig { lambda: 1.0, ..FitConfig::default() });
+        let (judged, mut masked, mut scratch) = (state(true, 0.4), vec![0.0; 4], student.scratch());
+        let worth = look_worth(&student, &judged, (IndexSet::EMPTY, 0), 1.0, (&mut masked, &mut scratch));
+        student.evaluate(&[1.0, 0.0, 1.0, 0.0], &mut scratch);
+        assert_eq!(worth, judged.worths[0].advantages[student.best_move(&scratch)] - 2.0);
+    }
+
+    #[test]
+    fn the_look_that_tells_is_learned_and_the_other_is_not_bought() {
+        let settings = FitConfig { batches: 800, batch: 32, refresh: 50, ..FitConfig::default() };
+        let mut student = student(FREE, settings);
+        let states: Vec<Judged> = (0..40).map(|i| state(i % 2 == 0, (i * 7 % 10) as f32 / 10.0)).collect();
+        let data: Vec<&Judged> = states.iter().collect();
+        student.set_scale(scale(&data));
+        fit(&mut student, &data, 1.0, &Streams::new(1));
+        let mut scratch = student.scratch();
+        student.evaluate(&[0.0; 4], &mut scratch);
+        let near = |value: f64, expected: f64| (value - expected).abs() < 0.7;
+        assert!(near(scratch.values[0], -5.0) && near(scratch.values[1], -5.0), "{:?}", scratch.values);
+        assert!(
+            near(scratch.values[2], -2.0),
+            "what it tells is worth 5, its price is 2: {:?}",
+            scratch.values
+        );
+        assert!(
+            near(scratch.values[3], -2.5),
+            "tells nothing, but the other may follow: {:?}",
+            scratch.values
+        );
+        assert_eq!(student.preferred_look(IndexSet::EMPTY, &scratch).map(|(slot, _)| slot), Some(0));
+    }
+
+    #[test]
+    fn a_change_of_units_keeps_what_was_learned() {
+        let mut student = student(FREE, FitConfig::default());
+        let (mut before, mut after) = (student.scratch(), student.scratch());
+        student.evaluate(&[0.3; 4], &mut before);
+        student.set_scale(Scale { advantage: 7.0, value: 20.0, centre: -50.0 });
+        student.evaluate(&[0.3; 4], &mut after);
+        for (b, a) in before.values.iter().zip(&after.values) {
+            assert!((b - a).abs() < 1e-5);
+        }
     }
 }

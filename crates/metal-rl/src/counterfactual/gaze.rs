@@ -129,6 +129,12 @@ impl Gaze {
         self.clock
     }
 
+    /// Sees `full`, in which everybody was looked at, as if `attended` were all that was looked at.
+    pub fn see_through(&mut self, layout: &Layout, full: &[f32], attended: IndexSet) {
+        layout.mask(full, attended, &mut self.input);
+        self.attended = attended;
+    }
+
     /// Takes in what the member in `slot` shows.
     pub fn look(&mut self, layout: &Layout, slot: usize, reading: &[f64]) {
         crate::learners::nn::narrow(reading, &mut self.input[layout.block(slot)]);

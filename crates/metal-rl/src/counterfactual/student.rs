@@ -188,6 +188,12 @@ impl Student {
         self.scale = new;
     }
 
+    /// Whether looks are free to choose and remembered, so that a look not taken is missed later on.
+    #[must_use]
+    pub fn remembers_free_looks(&self) -> bool {
+        self.config.memory.looks > 0 && matches!(self.rule, Rule::Adaptive { .. })
+    }
+
     /// Working memory of the right size.
     #[must_use]
     pub fn scratch(&self) -> Scratch {

@@ -162,7 +162,10 @@ fn what_cannot_be_is_refused_where_it_stands() {
     assert!(gamma.contains("attention.acl.counterfactual.gamma") && gamma.contains("[0, 1)"), "{gamma}");
     let teaching = refused("teaching = \"nobody\"", "teaching = \"attended\"");
     assert!(teaching.contains("phase.attention.teaching") && teaching.contains("nobody"), "{teaching}");
-    let both = refused("[attention.acl]", "[attention.acl]\nlearner = \"acl\"");
+    let both = refused(
+        "[attention.acl.counterfactual]",
+        "[attention.acl]\nlearner = \"acl\"\n[attention.acl.counterfactual]",
+    );
     assert!(both.contains("attention.acl.learner") && both.contains("leave `learner` out"), "{both}");
     let stranger = refused(
         "[attention.acl.counterfactual.looks.adaptive]\nmin_looks = 0\nmax_looks = 4",

@@ -2,7 +2,7 @@
 //! the same on any number of threads, blind to what it did not attend, and the same after a night in the freezer.
 #![allow(clippy::unwrap_used)]
 
-use metal_lab::evaluate::{Candidate, Course, measures, test};
+use metal_lab::evaluate::{Candidate, Course, drive, measures, test};
 use metal_lab::mind::Mind;
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;
@@ -10,10 +10,13 @@ use metal_lab::registry::Roads;
 use metal_lab::reproduce::subsets::{Rival, name, subset_plan};
 use metal_lab::train::{Trained, train_seed};
 use metal_lab::{experiments, mind::FrozenMind};
+use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use metal_rl::observe::{Observer, Step};
 use metal_rl::random::Streams;
 use metal_rl::set::IndexSet;
 use metal_worlds::toy::optimum;
 use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
 
 const ROSTER: [&str; 7] = ["MN", "MF", "LN", "RN", "LF", "RF", "IR"];
 
@@ -63,6 +66,65 @@ fn the_toy_is_learned_to_near_its_optimum() {
 fn frozen(mind: &Mind) -> FrozenMind {
     let roster = ROSTER.map(String::from).to_vec();
     mind.freeze(&BTreeMap::from([("acl".to_owned(), roster)]))
+}
+
+/// A world that keeps the minutes of what is read between two motor steps.
+struct Minutes(Box<dyn Environment>, Arc<Mutex<IndexSet>>);
+
+impl Environment for Minutes {
+    fn spec(&self) -> &EnvironmentSpec {
+        self.0.spec()
+    }
+    fn reset(&mut self, seed: u64) -> Result<(), EnvironmentError> {
+        self.0.reset(seed)
+    }
+    fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
+        let mut read = self.1.lock().unwrap();
+        assert!(!read.contains(sensor), "sensor {sensor} was read twice in a motor step");
+        *read = read.with(sensor);
+        self.0.sense(sensor, out)
+    }
+    fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError> {
+        self.0.step(action)
+    }
+    fn measures(&self) -> &[f64] {
+        self.0.measures()
+    }
+    fn fork(&self) -> Option<Box<dyn Environment>> {
+        panic!("nobody copies the world to act in it")
+    }
+}
+
+/// Compares what was read with what was attended and paid, step by step.
+struct Auditor {
+    read: Arc<Mutex<IndexSet>>,
+    prices: Vec<f64>,
+    unread: usize,
+}
+
+impl Observer for Auditor {
+    fn on_step(&mut self, step: &Step<'_>) {
+        let read = std::mem::take(&mut *self.read.lock().unwrap());
+        assert_eq!(read, step.state.attended(), "member i of the toy sees sensor i alone");
+        let price: f64 = read.iter().map(|s| self.prices[s]).sum();
+        assert!((step.look_price - price).abs() < 1e-12, "every look is paid");
+        self.unread += self.prices.len() - read.len();
+    }
+}
+
+#[test]
+fn what_a_student_does_not_attend_is_never_read() {
+    let plan = toy(SHORT, 600);
+    let mind = trained(&plan, 4).mind;
+    let row = &plan.file.policy["acl"];
+    let roster = plan.roster(&row.roster);
+    let candidate = Candidate { plan: &plan, mind: &mind, acting: &row.acting, roster, blind: 0 };
+    let read = Arc::<Mutex<IndexSet>>::default();
+    let mut world = Minutes(plan.file.environment.build().unwrap(), read.clone());
+    let prices = plan.spec.sensors.iter().map(|s| s.price).collect();
+    let mut auditor = Auditor { read, prices, unread: 0 };
+    drive(&candidate, &mut world, (300, &Streams::new(9)), &mut auditor).unwrap();
+    assert!(auditor.unread > 300, "it attends so much that this test shows nothing");
 }
 
 const SHORT: &str = "[attention.acl.counterfactual]

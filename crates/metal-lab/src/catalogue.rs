@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 /// Kind, name in an experiment file, what it is.
-const ENTRIES: [(&str, &str, &str); 26] = [
+const ENTRIES: [(&str, &str, &str); 27] = [
     (
         "environment",
         "highway",
@@ -40,6 +40,11 @@ const ENTRIES: [(&str, &str, &str); 26] = [
         "experiment",
         "experiments/paper.toml",
         "every phase, figure and table of the paper (`metal reproduce`)",
+    ),
+    (
+        "experiment",
+        "experiments/attention.toml",
+        "attention against the best fixed choice of sensors, all by counterfactual policy iteration",
     ),
     ("experiment", "experiments/toy.toml", "attention control against its exact optimum"),
 ];

@@ -6,3 +6,5 @@ pub const PAPER: &str = include_str!("../../../experiments/paper.toml");
 pub const TRAFFIC: &str = include_str!("../../../experiments/traffic.toml");
 /// Attention control where the best possible is known.
 pub const TOY: &str = include_str!("../../../experiments/toy.toml");
+/// Attention against the best fixed choice of sensors, both by counterfactual policy iteration.
+pub const ATTENTION: &str = include_str!("../../../experiments/attention.toml");

@@ -1,11 +1,13 @@
 //! A mind: the members of a plan and its attention controllers, newborn, trained, frozen or thawed.
 
 use crate::plan::{Acting, Plan};
+use metal_rl::counterfactual::iterate::student_shape;
+use metal_rl::counterfactual::{CounterfactualConfig, Student, StudentShape};
 use metal_rl::fuse::Fuser;
 use metal_rl::learner::{Dims, LearnerError};
 use metal_rl::member::{Member, decision_dims};
 use metal_rl::policies::attention::{Consultable, learner_dims};
-use metal_rl::policies::{Advisor, Attention, Blind, Fusion, RandomLooks, Solo};
+use metal_rl::policies::{Advisor, Attention, Blind, Counterfactual, Fusion, RandomLooks, Solo};
 use metal_rl::policy::Policy;
 use metal_rl::random::Streams;
 use metal_rl::set::IndexSet;
@@ -20,6 +22,8 @@ pub struct Mind {
     pub members: Vec<Member>,
     /// Attention controllers, each born when its phase begins.
     pub attention: BTreeMap<String, Attention>,
+    /// Students of counterfactual policy iteration, by the name of their attention controller.
+    pub students: BTreeMap<String, Counterfactual>,
 }
 
 /// A mind as bytes: learners by the name of their owner.
@@ -49,7 +53,7 @@ impl Mind {
             let learner = m.learner.build(dims, streams.child("member").child(&m.name).seed())?;
             members.push(Member { name: m.name.clone(), view, learner });
         }
-        Ok(Self { members, attention: BTreeMap::new() })
+        Ok(Self { members, attention: BTreeMap::new(), students: BTreeMap::new() })
     }
 
     /// Takes the attention controller `name` out of the mind; a newborn one over `roster` if there is none yet.
@@ -80,7 +84,8 @@ impl Mind {
         let row = &plan.file.attention[name];
         let members: Vec<usize> = roster.iter().collect();
         let dims = learner_dims(&row.settings, &decision_dims(&self.members, &plan.spec), &members);
-        (dims, plan.file.learner[&row.learner].clone())
+        let learner = row.learner.as_deref().expect("checked plan");
+        (dims, plan.file.learner[learner].clone())
     }
 
     fn attention_with(
@@ -97,6 +102,25 @@ impl Mind {
         Attention::new(settings, learner, &dims, Consultable { members, prices })
     }
 
+    fn thaw_student(
+        &self,
+        plan: &Plan,
+        config: &CounterfactualConfig,
+        roster: IndexSet,
+        bytes: &[u8],
+    ) -> Result<Counterfactual, LearnerError> {
+        let slots: Vec<usize> = roster.iter().collect();
+        let shape: StudentShape = student_shape(config, &self.members, &slots, &plan.spec)
+            .map_err(|e| LearnerError::Frozen { learner: "counterfactual", reason: e.to_string() })?;
+        Ok(Counterfactual::new(Student::thaw(config, &shape, bytes)?, slots))
+    }
+
+    /// Whether the attention controller `name` was born.
+    #[must_use]
+    pub fn has_attention(&self, name: &str) -> bool {
+        self.attention.contains_key(name) || self.students.contains_key(name)
+    }
+
     /// Puts somebody at the wheel. An attention controller must have been born.
     ///
     /// # Panics
@@ -108,7 +132,10 @@ impl Mind {
             Acting::Advisor => Box::new(Advisor),
             Acting::Solo(name) => Box::new(Solo::new(plan.member(name).expect("checked plan"), actions)),
             Acting::Fusion(fuser) => Box::new(Fusion::new(fuser.clone(), roster, actions)),
-            Acting::Attention(name) => Box::new(self.attention[name].clone()),
+            Acting::Attention(name) => match self.students.get(name) {
+                Some(student) => Box::new(student.clone()),
+                None => Box::new(self.attention[name].clone()),
+            },
             Acting::RandomLooks(mean) => {
                 Box::new(RandomLooks::new(Fuser::MaxConfidence, roster, *mean, actions))
             }
@@ -120,12 +147,13 @@ impl Mind {
     #[must_use]
     pub fn freeze(&self, attention_rosters: &BTreeMap<String, Vec<String>>) -> FrozenMind {
         let members = self.members.iter().map(|m| (m.name.clone(), m.learner.freeze())).collect();
-        let attention = self
-            .attention
-            .iter()
-            .map(|(name, a)| {
+        let learners = self.attention.iter().map(|(name, a)| (name, a.learner().freeze()));
+        let students = self.students.iter().map(|(name, s)| (name, s.student().freeze()));
+        let attention = learners
+            .chain(students)
+            .map(|(name, bytes)| {
                 let roster = attention_rosters.get(name).cloned().unwrap_or_default();
-                (name.clone(), (roster, a.learner().freeze()))
+                (name.clone(), (roster, bytes))
             })
             .collect();
         FrozenMind { version: FROZEN_VERSION, members, attention }
@@ -156,6 +184,11 @@ impl Mind {
                 return Err(damaged(format!("attention `{name}` is not in the plan")));
             }
             let roster = plan.roster(roster);
+            if let Some(config) = &plan.file.attention[name].counterfactual {
+                let student = mind.thaw_student(plan, config, roster, bytes)?;
+                mind.students.insert(name.clone(), student);
+                continue;
+            }
             let (dims, config) = mind.attention_shape(plan, name, roster);
             let learner = config.thaw(bytes)?;
             if learner.dims() != dims {

@@ -196,8 +196,7 @@ impl Store {
             Ok(mind) => mind,
             Err(source) => return Err(StoreError::Learner { path, source }),
         };
-        let unborn =
-            |name: &&String| plan.is_trained_by(Some(phase), name) && !mind.attention.contains_key(*name);
+        let unborn = |name: &&String| plan.is_trained_by(Some(phase), name) && !mind.has_attention(name);
         match plan.file.attention.keys().find(unborn) {
             Some(name) => Err(StoreError::Damaged { path, reason: format!("attention `{name}` is missing") }),
             None => Ok(mind),

@@ -3,10 +3,17 @@
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
 use crate::progress::Progress;
+use crate::registry::Roads;
 use crate::trace::{Trace, Watcher};
+use metal_rl::counterfactual::judge::Verdict;
+use metal_rl::counterfactual::sight::Sight;
+use metal_rl::counterfactual::{
+    CounterfactualConfig, CounterfactualError, Graduate, Iterate, RollOuts, School, Workers, iterate,
+};
 use metal_rl::environment::EnvironmentError;
 use metal_rl::learner::LearnerError;
 use metal_rl::member::Member;
+use metal_rl::phase::Phase;
 use metal_rl::policy::Policy;
 use metal_rl::random::Streams;
 use metal_rl::run::{Stage, run};
@@ -19,6 +26,8 @@ pub struct Trained {
     pub mind: Mind,
     /// What happened, episode by episode.
     pub trace: Trace,
+    /// Iterations of counterfactual policy iteration; none if the phase learned otherwise.
+    pub diary: Vec<Iterate>,
 }
 
 /// Why a run stopped.
@@ -36,6 +45,9 @@ pub enum RunError {
     /// A derived plan (of a fixed subset) is impossible.
     #[error(transparent)]
     Plan(#[from] crate::plan::PlanError),
+    /// Counterfactual policy iteration is impossible here.
+    #[error(transparent)]
+    Counterfactual(CounterfactualError),
     /// The user interrupted.
     #[error("interrupted")]
     Interrupted,
@@ -97,25 +109,76 @@ pub fn train_phase(
 ) -> Result<Trained, RunError> {
     let row = &plan.file.phase[name];
     let phase = plan.phase(name);
-    let mut environment = plan.file.environment.build()?;
     let streams = streams.child("phase").child(name);
     let mut observer = Watcher { trace: Trace::new(&plan.spec), progress };
-    let mut learn = |members: &mut [Member], policy: &mut dyn Policy| {
+    let mut environment = plan.file.environment.build()?;
+    let mut learn = |members: &mut [Member], policy: &mut dyn Policy, observer: &mut Watcher<'_>| {
         let scaling = plan.file.scaling;
         let mut stage = Stage { environment: environment.as_mut(), members, policy, scaling };
-        run(&mut stage, &phase, &streams, &mut observer)
+        run(&mut stage, &phase, &streams, observer)
     };
-    if let Acting::Attention(controller) = &row.acting {
+    let mut diary = Vec::new();
+    if let Some((controller, config)) = plan.counterfactual(name) {
+        let graduate = teach(plan, (config, &phase), &mut mind, &streams, &mut observer)?;
+        mind.students.insert(controller.to_owned(), graduate.policy);
+        diary = graduate.diary;
+    } else if let Acting::Attention(controller) = &row.acting {
         // Taken out for the phase, so that what it learns stays with this mind.
         let mut attention = mind.take_attention(plan, controller, phase.roster, &streams)?;
-        learn(&mut mind.members, &mut attention)?;
+        learn(&mut mind.members, &mut attention, &mut observer)?;
         mind.attention.insert(controller.clone(), attention);
     } else {
         let mut policy = mind.policy(plan, &row.acting, phase.roster, 0);
-        learn(&mut mind.members, policy.as_mut())?;
+        learn(&mut mind.members, policy.as_mut(), &mut observer)?;
     }
     if progress.interrupted() {
         return Err(RunError::Interrupted);
     }
-    Ok(Trained { mind, trace: observer.trace })
+    Ok(Trained { mind, trace: observer.trace, diary })
+}
+
+/// Counterfactual policy iteration in the world of the plan; iterates are compared on validation roads, or on starts of
+/// their own where there are no roads.
+fn teach(
+    plan: &Plan,
+    (config, phase): (&CounterfactualConfig, &Phase),
+    mind: &mut Mind,
+    streams: &Streams,
+    observer: &mut Watcher<'_>,
+) -> Result<Graduate, RunError> {
+    let scenario = plan.file.environment.training_scenario();
+    let mut environment = plan.file.environment.build()?;
+    let mut validation = plan.environment(&scenario, Some(&Roads::Validation)).build()?;
+    let progress = observer.progress;
+    let mut school = School {
+        environment: environment.as_mut(),
+        validation: validation.as_mut(),
+        members: &mut mind.members,
+        roster: phase.roster.iter().collect(),
+        scaling: plan.file.scaling,
+        judge: &RollOuts { workers: &Pool },
+        interrupted: &|| progress.interrupted(),
+    };
+    iterate(&mut school, config, phase, streams, observer).map_err(RunError::from)
+}
+
+/// All threads there are; results come back in order, so that they do not depend on the number of threads.
+struct Pool;
+
+impl Workers for Pool {
+    fn map(&self, pieces: Vec<Vec<Sight>>, work: &(dyn Fn(Vec<Sight>) -> Verdict + Sync)) -> Vec<Verdict> {
+        use rayon::prelude::*;
+        pieces.into_par_iter().map(work).collect()
+    }
+}
+
+impl From<CounterfactualError> for RunError {
+    fn from(error: CounterfactualError) -> Self {
+        match error {
+            CounterfactualError::Environment(e) => Self::Environment(e),
+            CounterfactualError::Learner(e) => Self::Learner(e),
+            CounterfactualError::Interrupted => Self::Interrupted,
+            other => Self::Counterfactual(other),
+        }
+    }
 }

@@ -162,7 +162,9 @@ impl Encoding {
             + if self.presence_bits { members.len() } else { 0 }
     }
 
-    fn block(&self, inputs: usize, actions: usize) -> usize {
+    /// Length of what is written of one opinion over `inputs` numbers.
+    #[must_use]
+    pub fn block(&self, inputs: usize, actions: usize) -> usize {
         match self.content {
             Content::Support | Content::Advantages => actions,
             Content::Readings => inputs,
@@ -189,7 +191,8 @@ impl Encoding {
         }
     }
 
-    fn write(&self, opinion: &Opinion<'_>, block: &mut [f64]) {
+    /// Writes one opinion into `block` (length [`Self::block`]).
+    pub fn write(&self, opinion: &Opinion<'_>, block: &mut [f64]) {
         let actions = opinion.support.len();
         match self.content {
             Content::Support => {

@@ -25,6 +25,8 @@ pub mod returns;
 pub mod run;
 pub mod teach;
 
+pub mod counterfactual;
+
 pub mod measure;
 pub mod observe;
 

@@ -34,15 +34,30 @@ impl Member {
         percept: &mut Percept,
         state: &mut DecisionState,
     ) -> Result<f64, EnvironmentError> {
+        let (reading, values, support) = state.attend(index);
+        let price = self.read(environment, percept, reading)?;
+        self.learner.values_and_support(reading, values, support);
+        Ok(price)
+    }
+
+    /// Reads what the member sees into `out` without asking what it makes of it; returns the price of the sensors read
+    /// just now.
+    ///
+    /// # Errors
+    /// If a sensor does not answer.
+    pub fn read(
+        &self,
+        environment: &mut dyn Environment,
+        percept: &mut Percept,
+        out: &mut [f64],
+    ) -> Result<f64, EnvironmentError> {
         let mut price = 0.0;
         for &sensor in self.view.sensors() {
             if percept.look(environment, sensor)? {
                 price += environment.spec().sensors[sensor].price;
             }
         }
-        let (reading, values, support) = state.attend(index);
-        self.view.state(percept, reading);
-        self.learner.values_and_support(reading, values, support);
+        self.view.state(percept, out);
         Ok(price)
     }
 }

@@ -61,9 +61,7 @@ impl Plan {
     fn check_everybody(&self) -> Result<(), PlanError> {
         self.check_members()?;
         for (name, row) in &self.file.attention {
-            let field = format!("attention.{name}");
-            self.learner_exists(&field, &row.learner)?;
-            limits::attention(&format!("{field}.settings"), &row.settings)?;
+            self.check_attention(&format!("attention.{name}"), row)?;
         }
         for (name, phase) in &self.file.phase {
             self.check_phase(&format!("phase.{name}"), phase)?;

@@ -1,6 +1,7 @@
 //! The experiment file as it is typed: TOML tables, every key known, nothing checked against anything else yet.
 
 use crate::registry::EnvironmentConfig;
+use metal_rl::counterfactual::CounterfactualConfig;
 use metal_rl::explore::Schedule;
 use metal_rl::fuse::Fuser;
 use metal_rl::learner::Rate;
@@ -52,15 +53,19 @@ pub struct MemberFile {
     pub learner: String,
 }
 
-/// An attention controller: its learner and settings.
+/// An attention controller: its learner and settings, or counterfactual policy iteration instead.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AttentionFile {
     /// Name of its learner.
-    pub learner: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub learner: Option<String>,
     /// Settings.
     #[serde(default)]
     pub settings: AttentionConfig,
+    /// Learn by counterfactual policy iteration; then there is no learner.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counterfactual: Option<CounterfactualConfig>,
 }
 
 /// Who is at the wheel.
@@ -147,10 +152,16 @@ impl Default for EvaluationFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SubsetsFile {
-    /// Learner of every subset.
-    pub learner: String,
-    /// Phase whose rate, credit and exploration every subset's training takes over.
+    /// Learner of every subset; none if they learn by counterfactual policy iteration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub learner: Option<String>,
+    /// Phase whose rate, credit and exploration every subset's training takes over. If it learns by counterfactual
+    /// policy iteration, so do they, with looks that are fixed and everything else the same.
     pub like: String,
+    /// Motor steps from look to look: 1 looks always, 2 every second time. More than 1 only with counterfactual policy
+    /// iteration.
+    #[serde(default = "always", skip_serializing_if = "is_always")]
+    pub every: Vec<usize>,
     /// Phases whose motor steps add up to the budget of a subset, so that all rows spend the same.
     pub budget_of: Vec<String>,
     /// Share of that budget spent while screening, in (0, 1].
@@ -161,4 +172,12 @@ pub struct SubsetsFile {
     pub screening_runs: usize,
     /// How many of the best are trained again, on fresh seeds with the full budget.
     pub confirmed: usize,
+}
+
+fn always() -> Vec<usize> {
+    vec![1]
+}
+
+fn is_always(every: &[usize]) -> bool {
+    every == [1]
 }

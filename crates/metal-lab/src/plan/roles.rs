@@ -2,12 +2,13 @@
 
 use super::check::Plan;
 use super::error::PlanError;
-use super::file::{Acting, PhaseFile, PolicyFile, SubsetsFile};
+use super::file::{Acting, AttentionFile, PhaseFile, PolicyFile, SubsetsFile};
 use super::limits::{self, unknown};
+use metal_rl::counterfactual::{CounterfactualConfig, UnknownMember};
 use metal_rl::decision::DecisionDims;
 use metal_rl::learner::{Dims, LearnerError};
-use metal_rl::phase::Sensing;
-use metal_rl::policies::attention::learner_dims;
+use metal_rl::phase::{Sensing, Teaching};
+use metal_rl::policies::attention::{AttentionConfig, learner_dims};
 
 impl Plan {
     /// Sizes of the decision state.
@@ -109,10 +110,66 @@ impl Plan {
     fn check_attention_phase(&self, field: &str, name: &str, row: &PhaseFile) -> Result<(), PlanError> {
         self.check_same_roster(field, name, &row.roster)?;
         let controller = &self.file.attention[name];
+        if controller.counterfactual.is_some() {
+            return self.check_counterfactual_phase(field, name, row);
+        }
         let members: Vec<usize> = self.roster(&row.roster).iter().collect();
         let dims = learner_dims(&controller.settings, &self.decision_dims(), &members);
         let refuse = |e: LearnerError| PlanError::at(format!("attention.{name}.learner"), e.to_string());
-        self.file.learner[&controller.learner].build(dims, 0).map(drop).map_err(refuse)
+        let learner = controller.learner.as_deref().unwrap_or_default();
+        self.file.learner[learner].build(dims, 0).map(drop).map_err(refuse)
+    }
+
+    /// Either a learner and its settings, or counterfactual policy iteration.
+    pub(super) fn check_attention(&self, field: &str, row: &AttentionFile) -> Result<(), PlanError> {
+        match (&row.learner, &row.counterfactual) {
+            (Some(_), Some(_)) => {
+                let message = "counterfactual policy iteration brings its own networks: leave `learner` out";
+                Err(PlanError::at(format!("{field}.learner"), message))
+            }
+            (None, None) => {
+                let message = "missing field `learner` (or `counterfactual`, to learn without one)";
+                Err(PlanError::at(field, message))
+            }
+            (Some(learner), None) => {
+                self.learner_exists(field, learner)?;
+                limits::attention(&format!("{field}.settings"), &row.settings)
+            }
+            (None, Some(_)) if row.settings != AttentionConfig::default() => {
+                let message =
+                    "belong to a learner; those of counterfactual policy iteration stand in its own table";
+                Err(PlanError::at(format!("{field}.settings"), message))
+            }
+            (None, Some(config)) => config.validate().map_err(|e| {
+                let LearnerError::Setting { field: below, value, allowed, .. } = e else {
+                    return PlanError::at(format!("{field}.counterfactual"), e.to_string());
+                };
+                PlanError::at(format!("{field}.counterfactual.{below}"), format!("{value}: {allowed}"))
+            }),
+        }
+    }
+
+    /// Roll-outs need copies of the world, and members who do not change under them.
+    fn check_counterfactual_phase(&self, field: &str, name: &str, row: &PhaseFile) -> Result<(), PlanError> {
+        let Some(config) = &self.file.attention[name].counterfactual else { return Ok(()) };
+        if row.teaching != Teaching::Nobody {
+            let message = "members must rest while roll-outs speak for them; write teaching = \"nobody\"";
+            return Err(PlanError::at(format!("{field}.teaching"), message));
+        }
+        if row.sensing != Sensing::OnDemand {
+            let message = "everyone: looks are for the attention controller to choose; leave it out";
+            return Err(PlanError::at(format!("{field}.sensing"), message));
+        }
+        let copies = self.file.environment.build().is_ok_and(|world| world.fork().is_some());
+        if !copies {
+            let message = format!("{} cannot be copied, and roll-outs need copies of it", self.spec.id);
+            return Err(PlanError::at(format!("{field}.acting.attention"), message));
+        }
+        let refuse = |e: UnknownMember| {
+            let roster = row.roster.iter().map(String::as_str);
+            unknown(format!("attention.{name}.counterfactual.looks"), "member", &e.0, roster)
+        };
+        config.looks.resolve(&row.roster).map(drop).map_err(refuse)
     }
 
     fn check_same_roster(&self, field: &str, name: &str, roster: &[String]) -> Result<(), PlanError> {
@@ -170,19 +227,64 @@ impl Plan {
     }
 
     pub(super) fn check_subsets(&self, subsets: &SubsetsFile) -> Result<(), PlanError> {
-        self.learner_exists("subsets", &subsets.learner)?;
         self.check_subset_phases(subsets)?;
+        self.check_subset_rules(subsets)?;
         limits::part("subsets.screening_share", subsets.screening_share)?;
         limits::count("subsets.screening_seeds", subsets.screening_seeds, "seeds")?;
         limits::count("subsets.screening_runs", subsets.screening_runs, "runs")?;
         limits::count("subsets.confirmed", subsets.confirmed, "subsets")?;
+        let Some(learner) = &subsets.learner else { return Ok(()) };
+        self.learner_exists("subsets", learner)?;
         let everything = self.spec.sensors.iter().map(|s| s.features.len());
         for inputs in everything.clone().chain([everything.sum()]) {
-            let fits = self.file.learner[&subsets.learner]
-                .build(Dims { inputs, choices: self.spec.actions.len() }, 0);
+            let fits = self.file.learner[learner].build(Dims { inputs, choices: self.spec.actions.len() }, 0);
             fits.map_err(|e| PlanError::at("subsets.learner", e.to_string()))?;
         }
         Ok(())
+    }
+
+    /// The settings of counterfactual policy iteration in phase `name`, if it learns that way.
+    #[must_use]
+    pub fn counterfactual(&self, name: &str) -> Option<(&str, &CounterfactualConfig)> {
+        let Acting::Attention(controller) = &self.file.phase.get(name)?.acting else { return None };
+        let config = self.file.attention.get(controller)?.counterfactual.as_ref()?;
+        Some((controller, config))
+    }
+
+    fn check_subset_rules(&self, subsets: &SubsetsFile) -> Result<(), PlanError> {
+        let recipe = self.counterfactual(&subsets.like).is_some();
+        if recipe && subsets.learner.is_some() {
+            let message =
+                format!("phase `{}` learns without one, so the subsets do: leave it out", subsets.like);
+            return Err(PlanError::at("subsets.learner", message));
+        }
+        if !recipe && subsets.learner.is_none() {
+            return Err(PlanError::at("subsets", "missing field `learner`"));
+        }
+        if subsets.every.is_empty() || subsets.every.contains(&0) {
+            return Err(PlanError::at("subsets.every", "motor steps from look to look, each at least 1"));
+        }
+        if !recipe && subsets.every != [1] {
+            let message = "only subsets that learn by counterfactual policy iteration may look now and then";
+            return Err(PlanError::at("subsets.every", message));
+        }
+        if recipe && self.single_eyes(&subsets.like).is_none() {
+            let message =
+                format!("phase `{}` needs a member for every sensor that sees it alone", subsets.like);
+            return Err(PlanError::at("subsets.like", message));
+        }
+        Ok(())
+    }
+
+    /// For every sensor, the member on the roster of `phase` that sees it and nothing else.
+    #[must_use]
+    pub fn single_eyes(&self, phase: &str) -> Option<Vec<String>> {
+        let roster = self.roster(&self.file.phase.get(phase)?.roster);
+        let eye = |sensor: usize| {
+            let member = roster.iter().map(|m| &self.members[m]).find(|m| m.sensors == [sensor])?;
+            Some(member.name.clone())
+        };
+        (0..self.spec.sensors.len()).map(eye).collect()
     }
 
     fn check_subset_phases(&self, subsets: &SubsetsFile) -> Result<(), PlanError> {

@@ -72,14 +72,15 @@ fn fixed(file: &PlanFile, subsets: &SubsetsFile) -> Row {
     };
     let watched: Vec<String> = watched.iter().filter_map(part).collect();
     let driven: Vec<String> = driven.iter().filter_map(part).collect();
-    let learner = file.learner.get(&subsets.learner).map_or("learner", |l| l.name());
+    let learner = subsets.learner.as_ref().and_then(|name| file.learner.get(name));
+    let learner = learner.map_or("that of attention control", |l| l.name());
     let screened = crate::figures::number::percent(subsets.screening_share);
     Row {
         who: "Fixed subsets, confirmed".to_owned(),
         what: format!(
-            "{}, then as many steps as {} have together, by one learner ({learner}) on its constant set; {screened} of \
+            "{}as many steps as {} have together, by one learner ({learner}) on its constant set; {screened} of \
              that while screening",
-            watched.join(", "),
+            if watched.is_empty() { String::new() } else { format!("{}, then ", watched.join(", ")) },
             driven.join(" and "),
         ),
     }

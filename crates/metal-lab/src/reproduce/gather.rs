@@ -150,14 +150,16 @@ fn front(outcome: &Outcome) -> Vec<FrontPoint> {
     let spec = &outcome.plan.spec;
     let names =
         |sensors: metal_rl::set::IndexSet| sensors.iter().map(|s| spec.sensors[s].name.clone()).collect();
+    // The front compares who always looks; those who look now and then have rows of their own in the tables.
     let mut points: Vec<FrontPoint> = outcome
         .screened
         .iter()
+        .filter(|s| s.rival.every == 1)
         .filter_map(|s| {
             let totals: Vec<f64> = s.motor.iter().map(|m| m - s.price).collect();
             let (motor, total) = (over_seeds(&s.motor)?, over_seeds(&totals)?);
             Some(FrontPoint {
-                sensors: names(s.sensors),
+                sensors: names(s.rival.sensors),
                 price: s.price,
                 motor,
                 total,
@@ -166,8 +168,8 @@ fn front(outcome: &Outcome) -> Vec<FrontPoint> {
         })
         .collect();
     let scenario = outcome.plan.file.environment.training_scenario();
-    for &sensors in &outcome.confirmed {
-        let policy = subsets::name(&outcome.plan, sensors);
+    for &rival in outcome.confirmed.iter().filter(|rival| rival.every == 1) {
+        let (policy, sensors) = (subsets::name(&outcome.plan, rival), rival.sensors);
         let table = outcome.tables.get(&main_roads()).and_then(|t| t.get(&policy)?.get(&scenario));
         let Some(runs) = table else { continue };
         let measures = cell(runs);

@@ -11,8 +11,8 @@ pub use gather::gather;
 
 use crate::evaluate::{Candidate, Course, best_blind_action, test};
 use crate::mind::Mind;
+use crate::plan::Plan;
 use crate::plan::file::SubsetsFile;
-use crate::plan::{Acting, Plan};
 use crate::progress::Progress;
 use crate::registry::{Roads, roads_name};
 use crate::train::{RunError, Trained, train_seed};
@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use subsets::{Screened, TrainedSubset, screen, train_subset};
+use subsets::{Rival, Screened, TrainedSubset, screen, train_subset};
 use table::RunsBySeed;
 
 /// What to run beyond what the plan says.
@@ -56,7 +56,7 @@ pub struct Outcome {
     /// Screened subsets.
     pub screened: Vec<Screened>,
     /// Subsets trained again on fresh seeds, in the order of their screening.
-    pub confirmed: Vec<IndexSet>,
+    pub confirmed: Vec<Rival>,
     /// The fixed subset that did best on validation roads among the confirmed, as a policy name.
     pub best_fixed: Option<String>,
     /// Busy seconds of all threads together, by part of the work.
@@ -91,11 +91,11 @@ pub fn execute(plan: Plan, options: Options, progress: &dyn Progress) -> Result<
 }
 
 /// The best of the screened subsets, and the one that sees everything.
-fn candidates(plan: &Plan, rows: &SubsetsFile, screened: &[Screened]) -> Vec<IndexSet> {
+fn candidates(plan: &Plan, rows: &SubsetsFile, screened: &[Screened]) -> Vec<Rival> {
     let mut order: Vec<&Screened> = screened.iter().collect();
-    order.sort_by(|a, b| b.total().total_cmp(&a.total()).then(a.sensors.cmp(&b.sensors)));
-    let mut chosen: Vec<IndexSet> = order.iter().take(rows.confirmed).map(|s| s.sensors).collect();
-    let everything = IndexSet::first(plan.spec.sensors.len());
+    order.sort_by(|a, b| b.total().total_cmp(&a.total()).then(a.rival.cmp(&b.rival)));
+    let mut chosen: Vec<Rival> = order.iter().take(rows.confirmed).map(|s| s.rival).collect();
+    let everything = Rival::always(IndexSet::first(plan.spec.sensors.len()));
     if !chosen.contains(&everything) {
         chosen.push(everything);
     }
@@ -227,21 +227,18 @@ impl Desk<'_> {
     }
 
     /// Trains the chosen subsets again, on the reported seeds and with the whole budget, and tests them like everybody.
-    fn confirm(&self, rows: &SubsetsFile, chosen: &[IndexSet], tables: &mut Tables) -> Result<(), RunError> {
+    fn confirm(&self, rows: &SubsetsFile, chosen: &[Rival], tables: &mut Tables) -> Result<(), RunError> {
         let seeds = self.options.seeds;
-        let jobs: Vec<(IndexSet, usize)> =
-            chosen.iter().flat_map(|&s| (0..seeds).map(move |i| (s, i))).collect();
-        let train = |&(sensors, seed): &(IndexSet, usize)| {
+        let jobs: Vec<(Rival, usize)> =
+            chosen.iter().flat_map(|&r| (0..seeds).map(move |i| (r, i))).collect();
+        let train = |&(rival, seed): &(Rival, usize)| {
             let streams = self.seed(seed).child("subset");
             self.busy
-                .time("training", || train_subset(self.plan, rows, (sensors, 1.0), &streams, self.progress))
+                .time("training", || train_subset(self.plan, rows, (rival, 1.0), &streams, self.progress))
         };
         let minds: Vec<TrainedSubset> = jobs.par_iter().map(train).collect::<Result<_, RunError>>()?;
-        let acting: Acting = subsets::acting();
-        for (sensors, minds) in chosen.iter().zip(minds.chunks(seeds)) {
-            self.test_on_all(tables, &subsets::name(self.plan, *sensors), |seed| {
-                minds[seed].candidate(&acting)
-            })?;
+        for (rival, minds) in chosen.iter().zip(minds.chunks(seeds)) {
+            self.test_on_all(tables, &subsets::name(self.plan, *rival), |seed| minds[seed].candidate())?;
         }
         Ok(())
     }
@@ -260,8 +257,8 @@ pub fn planned_steps(plan: &Plan, options: &Options) -> usize {
     let mut steps = options.seeds * phases + plan.file.policy.len() * tests_of_one + blind;
     if let Some(rows) = &plan.file.subsets {
         let budget: usize = rows.budget_of.iter().map(|n| plan.budget_steps(n)).sum();
-        let screened =
-            subsets::screened_count(plan.spec.sensors.len(), options.all_subsets) * rows.screening_seeds;
+        let screened = subsets::screened_count(plan.spec.sensors.len(), options.all_subsets, &rows.every)
+            * rows.screening_seeds;
         let screening = (budget as f64 * rows.screening_share) as usize + rows.screening_runs * horizon;
         steps += screened * screening + (rows.confirmed + 1) * (options.seeds * budget + tests_of_one);
     }

@@ -3,10 +3,11 @@
 
 use super::table::motor;
 use crate::evaluate::{Candidate, Course, test};
-use crate::plan::file::{MemberFile, PhaseFile, SubsetsFile};
+use crate::plan::file::{MemberFile, PhaseFile, PlanFile, SubsetsFile};
 use crate::plan::{Acting, Plan, PlanError};
 use crate::progress::Progress;
 use crate::train::{RunError, Trained, train_seed};
+use metal_rl::counterfactual::LookRule;
 use metal_rl::phase::{Budget, Sensing};
 use metal_rl::random::Streams;
 use metal_rl::set::IndexSet;
@@ -16,14 +17,31 @@ use std::collections::BTreeMap;
 /// Name of the only member of a subset's mind, and of the phase that trains it.
 const SUBSET: &str = "subset";
 
+/// A fixed choice of sensors: the rival of attention.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Rival {
+    /// Sensors, as indices into the spec.
+    pub sensors: IndexSet,
+    /// Motor steps from look to look; 1: it always looks.
+    pub every: usize,
+}
+
+impl Rival {
+    /// Who always looks at `sensors`.
+    #[must_use]
+    pub fn always(sensors: IndexSet) -> Self {
+        Self { sensors, every: 1 }
+    }
+}
+
 /// A screened subset: what it cost on validation roads, per screening seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Screened {
-    /// Sensors, as indices into the spec.
-    pub sensors: IndexSet,
+    /// The subset.
+    pub rival: Rival,
     /// Mean motor reward per motor step, one entry per screening seed.
     pub motor: Vec<f64>,
-    /// Price of reading all of them once.
+    /// Price of its looks per motor step.
     pub price: f64,
 }
 
@@ -35,35 +53,75 @@ impl Screened {
     }
 }
 
-/// Name of a subset in results: `fixed:MN+MF`.
+/// Name of a subset in results: `fixed:MN+MF`, or `fixed:MN+MF/2` if it looks every second time.
 #[must_use]
-pub fn name(plan: &Plan, sensors: IndexSet) -> String {
-    let names: Vec<&str> = sensors.iter().map(|s| plan.spec.sensors[s].name.as_str()).collect();
-    format!("fixed:{}", names.join("+"))
+pub fn name(plan: &Plan, rival: Rival) -> String {
+    let names: Vec<&str> = rival.sensors.iter().map(|s| plan.spec.sensors[s].name.as_str()).collect();
+    let rhythm = if rival.every == 1 { String::new() } else { format!("/{}", rival.every) };
+    format!("fixed:{}{rhythm}", names.join("+"))
 }
 
-/// The experiment in which one learner sees `sensors` and nothing else, for `share` of the common budget.
-///
-/// Demonstration phases of the common budget are watched as they are; all other steps become one phase of its own.
+/// The experiment in which one learner looks at `rival` and nothing else, for `share` of the common budget.
 ///
 /// # Errors
 /// If the plan has no such phases (a checked plan has).
-pub fn subset_plan(
-    plan: &Plan,
-    rows: &SubsetsFile,
-    sensors: IndexSet,
-    share: f64,
-) -> Result<Plan, PlanError> {
+pub fn subset_plan(plan: &Plan, rows: &SubsetsFile, rival: Rival, share: f64) -> Result<Plan, PlanError> {
     let mut file = plan.file.clone();
-    let sensors = sensors.iter().map(|s| plan.spec.sensors[s].name.clone()).collect();
-    file.member =
-        BTreeMap::from([(SUBSET.to_owned(), MemberFile { sensors, learner: rows.learner.clone() })]);
-    file.attention.clear();
     file.policy.clear();
     file.subsets = None;
+    match plan.counterfactual(&rows.like) {
+        Some((controller, _)) => same_recipe(plan, rows, (controller, rival, share), &mut file),
+        None => own_learner(plan, rows, (rival.sensors, share), &mut file),
+    }
+    Plan::check(file)
+}
+
+/// Motor steps of the phases `names`, `share` of them.
+fn steps<'a>(plan: &Plan, names: impl Iterator<Item = &'a String>, share: f64) -> usize {
+    let steps: usize = names.map(|n| plan.budget_steps(n)).sum();
+    ((steps as f64 * share).round() as usize).max(1)
+}
+
+/// The recipe of attention with the looks of `rival`: the same members, network, iterations, roll-outs and fits.
+fn same_recipe(
+    plan: &Plan,
+    rows: &SubsetsFile,
+    (controller, rival, share): (&str, Rival, f64),
+    file: &mut PlanFile,
+) {
+    let eyes = plan.single_eyes(&rows.like).unwrap_or_default();
+    let members: Vec<String> = rival.sensors.iter().map(|s| eyes[s].clone()).collect();
+    file.attention.retain(|name, _| name == controller);
+    for config in file.attention.values_mut().filter_map(|row| row.counterfactual.as_mut()) {
+        config.looks = match rival.every {
+            1 => LookRule::Fixed(members.clone()),
+            steps => LookRule::Every { steps, members: members.clone() },
+        };
+        config.fit.batches = ((config.fit.batches as f64 * share).round() as usize).max(1);
+    }
+    let mut like = file.phase[&rows.like].clone();
+    like.budget = Budget::Steps(steps(plan, rows.budget_of.iter(), share));
+    let mut kept = BTreeMap::new();
+    let mut at = like.after.clone();
+    while let Some(name) = at {
+        let row = file.phase[&name].clone();
+        at = row.after.clone();
+        kept.insert(name, row);
+    }
+    kept.insert(SUBSET.to_owned(), like);
+    file.phase = kept;
+}
+
+/// A learner of its own on a constant set. Demonstration phases of the common budget are watched as they are; all other
+/// steps become one phase of its own.
+fn own_learner(plan: &Plan, rows: &SubsetsFile, (sensors, share): (IndexSet, f64), file: &mut PlanFile) {
+    let sensors = sensors.iter().map(|s| plan.spec.sensors[s].name.clone()).collect();
+    let learner = rows.learner.clone().unwrap_or_default();
+    file.member = BTreeMap::from([(SUBSET.to_owned(), MemberFile { sensors, learner })]);
+    file.attention.clear();
     let watched = rows.budget_of.iter().find(|n| file.phase[*n].acting == Acting::Advisor).cloned();
     let active = rows.budget_of.iter().filter(|n| file.phase[*n].acting != Acting::Advisor);
-    let steps: usize = active.map(|n| plan.budget_steps(n)).sum();
+    let steps = steps(plan, active, share);
     let like = file.phase[&rows.like].clone();
     let mut phases = BTreeMap::new();
     if let Some(name) = &watched {
@@ -75,7 +133,6 @@ pub fn subset_plan(
         };
         phases.insert(name.clone(), row);
     }
-    let steps = ((steps as f64 * share).round() as usize).max(1);
     let row = PhaseFile {
         after: watched,
         roster: vec![SUBSET.into()],
@@ -87,7 +144,6 @@ pub fn subset_plan(
     };
     phases.insert(SUBSET.to_owned(), row);
     file.phase = phases;
-    Plan::check(file)
 }
 
 /// A subset's mind and the plan it belongs to.
@@ -101,15 +157,16 @@ pub struct TrainedSubset {
 impl TrainedSubset {
     /// The trained learner, ready to be tested.
     #[must_use]
-    pub fn candidate<'a>(&'a self, acting: &'a Acting) -> Candidate<'a> {
-        Candidate { plan: &self.plan, mind: &self.trained.mind, acting, roster: IndexSet::first(1), blind: 0 }
+    pub fn candidate(&self) -> Candidate<'_> {
+        let row = &self.plan.file.phase[SUBSET];
+        Candidate {
+            plan: &self.plan,
+            mind: &self.trained.mind,
+            acting: &row.acting,
+            roster: self.plan.roster(&row.roster),
+            blind: 0,
+        }
     }
-}
-
-/// How a subset acts.
-#[must_use]
-pub fn acting() -> Acting {
-    Acting::Solo(SUBSET.to_owned())
 }
 
 /// Trains one subset on one seed with `share` of the common budget.
@@ -119,12 +176,12 @@ pub fn acting() -> Acting {
 pub fn train_subset(
     plan: &Plan,
     rows: &SubsetsFile,
-    (sensors, share): (IndexSet, f64),
+    (rival, share): (Rival, f64),
     streams: &Streams,
     progress: &dyn Progress,
 ) -> Result<TrainedSubset, RunError> {
-    let plan = subset_plan(plan, rows, sensors, share)?;
-    let streams = streams.child(&name(&plan, sensors));
+    let plan = subset_plan(plan, rows, rival, share)?;
+    let streams = streams.child(&name(&plan, rival));
     let mut trained = train_seed(&plan, &streams, progress)?;
     let trained = trained.remove(SUBSET).ok_or(RunError::Interrupted)?;
     Ok(TrainedSubset { plan, trained })
@@ -133,7 +190,7 @@ pub fn train_subset(
 /// Screens subsets on few seeds and validation roads, apart from the seeds and roads of the report.
 ///
 /// All singles and pairs; then from the best pair on, one more sensor at a time, the best addition kept; with `all`,
-/// every subset there is.
+/// every subset there is. Of those who look now and then, all singles and pairs.
 ///
 /// # Errors
 /// If the world fails.
@@ -146,34 +203,38 @@ pub fn screen(
 ) -> Result<Vec<Screened>, RunError> {
     let desk = Screening { plan, rows, streams: streams.child("screening"), progress };
     let n = plan.spec.sensors.len();
-    if all {
-        return desk.measure(&(1..1_u64 << n).map(IndexSet::from_bits).collect::<Vec<_>>());
-    }
-    let small = (1..1_u64 << n).map(IndexSet::from_bits).filter(|s| s.len() <= 2);
-    let mut screened = desk.measure(&small.collect::<Vec<_>>())?;
-    let mut best = best_of(screened.iter().filter(|s| s.sensors.len() == 2.min(n)));
-    while best.len() < n {
-        let larger: Vec<IndexSet> = IndexSet::first(n).minus(best).iter().map(|s| best.with(s)).collect();
-        let measured = desk.measure(&larger)?;
-        best = best_of(measured.iter());
+    let mut screened = Vec::new();
+    for &every in &rows.every {
+        let most = if all { n } else { 2 };
+        let sets = (1..1_u64 << n).map(IndexSet::from_bits).filter(|s| s.len() <= most);
+        let rivals: Vec<Rival> = sets.map(|sensors| Rival { sensors, every }).collect();
+        let measured = desk.measure(&rivals)?;
+        let pairs = measured.iter().filter(|s| s.rival.sensors.len() == 2.min(n));
+        let mut best = best_of(pairs);
         screened.extend(measured);
+        while !all && every == 1 && best.len() < n {
+            let larger = IndexSet::first(n).minus(best).iter().map(|s| Rival::always(best.with(s)));
+            let measured = desk.measure(&larger.collect::<Vec<_>>())?;
+            best = best_of(measured.iter());
+            screened.extend(measured);
+        }
     }
     Ok(screened)
 }
 
-/// How many subsets [`screen`] measures among `sensors` sensors.
+/// How many subsets [`screen`] measures among `sensors` sensors with these rhythms of looking.
 #[must_use]
-pub fn screened_count(sensors: usize, all: bool) -> usize {
+pub fn screened_count(sensors: usize, all: bool, every: &[usize]) -> usize {
     if all {
-        return (1 << sensors) - 1;
+        return every.len() * ((1 << sensors) - 1);
     }
     let pairs = sensors * sensors.saturating_sub(1) / 2;
     let grown: usize = (3..=sensors).map(|size| sensors - size + 1).sum();
-    sensors + pairs + grown
+    every.iter().map(|&steps| sensors + pairs + if steps == 1 { grown } else { 0 }).sum()
 }
 
 fn best_of<'a>(screened: impl Iterator<Item = &'a Screened>) -> IndexSet {
-    screened.max_by(|a, b| a.total().total_cmp(&b.total())).map_or(IndexSet::EMPTY, |s| s.sensors)
+    screened.max_by(|a, b| a.total().total_cmp(&b.total())).map_or(IndexSet::EMPTY, |s| s.rival.sensors)
 }
 
 struct Screening<'a> {
@@ -184,27 +245,29 @@ struct Screening<'a> {
 }
 
 impl Screening<'_> {
-    fn measure(&self, subsets: &[IndexSet]) -> Result<Vec<Screened>, RunError> {
+    fn measure(&self, rivals: &[Rival]) -> Result<Vec<Screened>, RunError> {
         let seeds = self.rows.screening_seeds;
-        let jobs: Vec<(IndexSet, usize)> =
-            subsets.iter().flat_map(|&s| (0..seeds).map(move |i| (s, i))).collect();
+        let jobs: Vec<(Rival, usize)> =
+            rivals.iter().flat_map(|&r| (0..seeds).map(move |i| (r, i))).collect();
         let motors: Vec<f64> = jobs.par_iter().map(|&job| self.one(job)).collect::<Result<_, RunError>>()?;
-        let price = |s: IndexSet| s.iter().map(|i| self.plan.spec.sensors[i].price).sum();
-        let rows = subsets.iter().zip(motors.chunks(seeds));
-        Ok(rows.map(|(&sensors, m)| Screened { sensors, motor: m.to_vec(), price: price(sensors) }).collect())
+        let price = |r: Rival| -> f64 {
+            r.sensors.iter().map(|i| self.plan.spec.sensors[i].price).sum::<f64>() / r.every as f64
+        };
+        let rows = rivals.iter().zip(motors.chunks(seeds));
+        Ok(rows.map(|(&rival, m)| Screened { rival, motor: m.to_vec(), price: price(rival) }).collect())
     }
 
     /// Mean motor reward of one subset on one seed.
-    fn one(&self, (sensors, seed): (IndexSet, usize)) -> Result<f64, RunError> {
+    fn one(&self, (rival, seed): (Rival, usize)) -> Result<f64, RunError> {
         let streams = self.streams.nth(seed as u64);
-        let job = (sensors, self.rows.screening_share);
+        let job = (rival, self.rows.screening_share);
         let subset = train_subset(self.plan, self.rows, job, &streams, self.progress)?;
         let course = Course {
             scenario: self.plan.file.environment.training_scenario(),
             roads: crate::registry::Roads::Validation,
             runs: self.rows.screening_runs,
         };
-        let runs = test(&subset.candidate(&acting()), &course, &streams, self.progress)?;
+        let runs = test(&subset.candidate(), &course, &streams, self.progress)?;
         Ok(motor(&runs))
     }
 }

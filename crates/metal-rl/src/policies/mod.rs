@@ -3,6 +3,7 @@
 mod advisor;
 pub mod attention;
 mod blind;
+mod counterfactual;
 mod fusion;
 mod random_looks;
 mod solo;
@@ -10,6 +11,7 @@ mod solo;
 pub use advisor::Advisor;
 pub use attention::{Attention, AttentionConfig};
 pub use blind::Blind;
+pub use counterfactual::Counterfactual;
 pub use fusion::Fusion;
 pub use random_looks::RandomLooks;
 pub use solo::Solo;

@@ -242,6 +242,38 @@ impl Network {
         out.copy_from_slice(&sums.as_flattened()[..last.outputs]);
     }
 
+    /// Changes the step size of the optimiser.
+    pub fn set_learning_rate(&mut self, rate: f32) {
+        self.adam.learning_rate = rate;
+    }
+
+    /// Moves every weight towards that of `other` by `share`: a running average of weights, if `other` is being trained.
+    ///
+    /// # Panics
+    /// If the networks differ in shape.
+    pub fn blend(&mut self, other: &Self, share: f32) {
+        assert_eq!(self.layers.len(), other.layers.len(), "networks of one shape");
+        for (mine, theirs) in self.layers.iter_mut().zip(&other.layers) {
+            assert_eq!(mine.weights.len(), theirs.weights.len(), "layers of one shape");
+            for (row, other) in mine.weights.iter_mut().zip(&theirs.weights) {
+                for lane in 0..LANES {
+                    row[lane] += share * (other[lane] - row[lane]);
+                }
+            }
+        }
+    }
+
+    /// Shrinks every weight but the biases by `share`.
+    pub fn decay(&mut self, share: f32) {
+        for layer in &mut self.layers {
+            for block in layer.weights.chunks_exact_mut(layer.inputs + 1) {
+                for row in &mut block[..layer.inputs] {
+                    row.iter_mut().for_each(|w| *w -= share * *w);
+                }
+            }
+        }
+    }
+
     /// Turns every output z into gain·z + shift, exactly up to rounding, so that a change of the targets' unit keeps
     /// what was learned (van Hasselt et al. 2016).
     ///

@@ -1,0 +1,244 @@
+//! Counterfactual policy iteration as a phase of an experiment: near the known optimum of the toy, home in the maze,
+//! the same on any number of threads, blind to what it did not attend, and the same after a night in the freezer.
+#![allow(clippy::unwrap_used)]
+
+use metal_lab::evaluate::{Candidate, Course, drive, measures, test};
+use metal_lab::mind::Mind;
+use metal_lab::plan::{self, Plan};
+use metal_lab::progress::Silent;
+use metal_lab::registry::Roads;
+use metal_lab::reproduce::subsets::{Rival, name, subset_plan};
+use metal_lab::train::{Trained, train_seed};
+use metal_lab::{experiments, mind::FrozenMind};
+use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use metal_rl::observe::{Observer, Step};
+use metal_rl::random::Streams;
+use metal_rl::set::IndexSet;
+use metal_worlds::toy::optimum;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+
+const ROSTER: [&str; 7] = ["MN", "MF", "LN", "RN", "LF", "RF", "IR"];
+
+/// The toy of the program, with a controller that learns by counterfactual policy iteration.
+fn toy(settings: &str, steps: usize) -> Plan {
+    let text = experiments::TOY
+        .replace("learner = \"acl\"\nsettings = { motor_target = \"myopic\", price_ramp = 0.0, rate = { constant = 0.05 } }", settings)
+        .replace("budget = { episodes = 10000 }", &format!("budget = {{ steps = {steps} }}"));
+    plan::parse(&text, &[]).unwrap()
+}
+
+/// Mean total and looks of policy `acl`.
+fn tested(plan: &Plan, mind: &Mind, runs: usize) -> (f64, f64) {
+    let row = &plan.file.policy["acl"];
+    let roster = plan.roster(&row.roster);
+    let candidate = Candidate { plan, mind, acting: &row.acting, roster, blind: 0 };
+    let course = Course { scenario: "mix".into(), roads: Roads::Training, runs };
+    let all = measures(&test(&candidate, &course, &Streams::new(77), &Silent).unwrap());
+    let of = |name: &str| all.iter().find(|(n, _)| *n == name).unwrap().1;
+    (of("total"), of("looks"))
+}
+
+fn trained(plan: &Plan, seed: u64) -> Trained {
+    train_seed(plan, &Streams::new(seed), &Silent).unwrap().remove("attention").unwrap()
+}
+
+const TOY: &str = "[attention.acl.counterfactual]
+looks = { adaptive = { max_looks = 4 } }
+iterations = 1
+judged = 1.0
+price_ramp = 0
+validation_runs = 1
+fit = { batches = 10000, own_looks = 0.9, weight_decay = 0.2, averaged = 0.5, final_rate = 0.02 }
+network = { adam = { learning_rate = 0.005 } }";
+
+#[test]
+fn the_toy_is_learned_to_near_its_optimum() {
+    let plan = toy(TOY, 5000);
+    let trained = trained(&plan, 1);
+    let (total, looks) = tested(&plan, &trained.mind, 10_000);
+    assert!(total >= optimum().value / 0.90, "{total} per decision, at best {}", optimum().value);
+    assert!((2.0..3.0).contains(&looks), "{looks} looks per decision");
+    let diary = &trained.diary[0];
+    assert_eq!((diary.own_steps, diary.rolled_steps), (5000, 25_000), "each of five moves of every state");
+}
+
+fn frozen(mind: &Mind) -> FrozenMind {
+    let roster = ROSTER.map(String::from).to_vec();
+    mind.freeze(&BTreeMap::from([("acl".to_owned(), roster)]))
+}
+
+/// A world that keeps the minutes of what is read between two motor steps.
+struct Minutes(Box<dyn Environment>, Arc<Mutex<IndexSet>>);
+
+impl Environment for Minutes {
+    fn spec(&self) -> &EnvironmentSpec {
+        self.0.spec()
+    }
+    fn reset(&mut self, seed: u64) -> Result<(), EnvironmentError> {
+        self.0.reset(seed)
+    }
+    fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
+        let mut read = self.1.lock().unwrap();
+        assert!(!read.contains(sensor), "sensor {sensor} was read twice in a motor step");
+        *read = read.with(sensor);
+        self.0.sense(sensor, out)
+    }
+    fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError> {
+        self.0.step(action)
+    }
+    fn measures(&self) -> &[f64] {
+        self.0.measures()
+    }
+    fn fork(&self) -> Option<Box<dyn Environment>> {
+        panic!("nobody copies the world to act in it")
+    }
+}
+
+/// Compares what was read with what was attended and paid, step by step.
+struct Auditor {
+    read: Arc<Mutex<IndexSet>>,
+    prices: Vec<f64>,
+    unread: usize,
+}
+
+impl Observer for Auditor {
+    fn on_step(&mut self, step: &Step<'_>) {
+        let read = std::mem::take(&mut *self.read.lock().unwrap());
+        assert_eq!(read, step.state.attended(), "member i of the toy sees sensor i alone");
+        let price: f64 = read.iter().map(|s| self.prices[s]).sum();
+        assert!((step.look_price - price).abs() < 1e-12, "every look is paid");
+        self.unread += self.prices.len() - read.len();
+    }
+}
+
+#[test]
+fn what_a_student_does_not_attend_is_never_read() {
+    let plan = toy(SHORT, 600);
+    let mind = trained(&plan, 4).mind;
+    let row = &plan.file.policy["acl"];
+    let roster = plan.roster(&row.roster);
+    let candidate = Candidate { plan: &plan, mind: &mind, acting: &row.acting, roster, blind: 0 };
+    let read = Arc::<Mutex<IndexSet>>::default();
+    let mut world = Minutes(plan.file.environment.build().unwrap(), read.clone());
+    let prices = plan.spec.sensors.iter().map(|s| s.price).collect();
+    let mut auditor = Auditor { read, prices, unread: 0 };
+    drive(&candidate, &mut world, (300, &Streams::new(9)), &mut auditor).unwrap();
+    assert!(auditor.unread > 300, "it attends so much that this test shows nothing");
+}
+
+const SHORT: &str = "[attention.acl.counterfactual]
+iterations = 3
+validation_runs = 20
+memory = { looks = 1, steps = 3, action = true }
+network = { ensemble = 2, caution = 0.5 }
+fit = { batches = 60, averaged = 0.3 }";
+
+#[test]
+fn threads_change_nothing_and_a_frozen_student_goes_on() {
+    let plan = toy(SHORT, 600);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| frozen(&trained(&plan, 5).mind))
+    };
+    let one = on(1);
+    assert_eq!(one, on(4));
+    let thawed = Mind::thaw(&plan, &one).unwrap();
+    assert_eq!(frozen(&thawed), one);
+    assert!(thawed.has_attention("acl"));
+    let other = toy(&SHORT.replace("steps = 3", "steps = 4"), 600);
+    assert!(Mind::thaw(&other, &one).is_err(), "settings are part of a student");
+}
+
+#[test]
+fn the_maze_is_left_by_the_shortest_way_with_both_looks() {
+    let text = "title = \"maze\"
+[environment.maze]
+[learner.plain.tile]
+[member.X]
+sensors = [\"X\"]
+learner = \"plain\"
+[member.Y]
+sensors = [\"Y\"]
+learner = \"plain\"
+[attention.acl.counterfactual]
+iterations = 6
+price_ramp = 3
+horizon = 12
+gamma = 0.97
+validation_runs = 60
+fit = { batches = 400, final_rate = 0.05 }
+network = { hidden = [32, 32], adam = { learning_rate = 0.005 } }
+looks = { adaptive = { max_looks = 2 } }
+[phase.attention]
+roster = [\"X\", \"Y\"]
+acting = { attention = \"acl\" }
+teaching = \"nobody\"
+rate = \"full\"
+exploration = { random = { from = 1.0, to = 0.2, until = 1.0 } }
+budget = { steps = 3000 }
+[policy.acl]
+after = \"attention\"
+roster = [\"X\", \"Y\"]
+acting = { attention = \"acl\" }";
+    let plan = plan::parse(text, &[]).unwrap();
+    let trained = trained(&plan, 1);
+    let (total, looks) = tested(&plan, &trained.mind, 200);
+    // One look at a coordinate tells whether to go on along it: −1 per step and 0.1 to 0.2 for looks.
+    assert!(total >= -1.25, "{total} per step with {looks} looks");
+    assert!(trained.diary.iter().any(|i| i.price_share == 1.0));
+}
+
+#[test]
+fn fixed_subsets_learn_by_the_same_recipe_and_keep_to_their_looks() {
+    let subsets = "\n[subsets]\nlike = \"attention\"\nbudget_of = [\"attention\"]\nevery = [1, 2]\n\
+                   screening_share = 0.5\nscreening_seeds = 1\nscreening_runs = 5\nconfirmed = 1\n";
+    let text = toml::to_string(&toy(SHORT, 600).file).unwrap() + subsets;
+    let plan = plan::parse(&text, &[]).unwrap();
+    let rows = plan.file.subsets.as_ref().unwrap();
+    let rival = Rival { sensors: IndexSet::EMPTY.with(1).with(6), every: 2 };
+    assert_eq!(name(&plan, rival), "fixed:MF+IR/2");
+    let derived = subset_plan(&plan, rows, rival, 0.5).unwrap();
+    assert_eq!(derived.budget_steps("subset"), 300);
+    let (_, config) = derived.counterfactual("subset").unwrap();
+    assert_eq!(config.fit.batches, 30);
+    let subset =
+        metal_lab::reproduce::subsets::train_subset(&plan, rows, (rival, 0.5), &Streams::new(2), &Silent)
+            .unwrap();
+    let course = Course { scenario: "mix".into(), roads: Roads::Training, runs: 50 };
+    let runs = test(&subset.candidate(), &course, &Streams::new(3), &Silent).unwrap();
+    assert!(
+        runs.iter().all(|r| r.looks == [2]),
+        "every episode of the toy is one step, at which looks are due"
+    );
+}
+
+#[test]
+fn what_cannot_be_is_refused_where_it_stands() {
+    let refused = |from: &str, to: &str| {
+        let text = toml::to_string(&toy(SHORT, 600).file).unwrap();
+        assert!(text.contains(from), "{from} in {text}");
+        plan::parse(&text.replacen(from, to, 1), &[]).unwrap_err().to_string()
+    };
+    let gamma = refused("gamma = 0.93", "gamma = 1.5");
+    assert!(gamma.contains("attention.acl.counterfactual.gamma") && gamma.contains("[0, 1)"), "{gamma}");
+    let teaching = refused("teaching = \"nobody\"", "teaching = \"attended\"");
+    assert!(teaching.contains("phase.attention.teaching") && teaching.contains("nobody"), "{teaching}");
+    let both = refused(
+        "[attention.acl.counterfactual]",
+        "[attention.acl]\nlearner = \"acl\"\n[attention.acl.counterfactual]",
+    );
+    assert!(both.contains("attention.acl.learner") && both.contains("leave `learner` out"), "{both}");
+    let stranger = refused(
+        "[attention.acl.counterfactual.looks.adaptive]\nmin_looks = 0\nmax_looks = 4",
+        "[attention.acl.counterfactual.looks]\nfixed = [\"XX\"]",
+    );
+    assert!(stranger.contains("counterfactual.looks") && stranger.contains("`XX`"), "{stranger}");
+}
+
+#[test]
+fn the_shipped_experiment_is_sound() {
+    let plan = plan::parse(experiments::ATTENTION, &[]).unwrap();
+    assert!(plan.counterfactual("attention").is_some());
+    assert!(plan.counterfactual("attention_phase3").is_none());
+}

@@ -1,0 +1,269 @@
+//! Settings of counterfactual policy iteration.
+
+use super::gaze::MemoryConfig;
+use super::rule::LookRule;
+use crate::decision::Content;
+use crate::learner::LearnerError;
+use crate::learners::nn::{Activation, Adam};
+use serde::{Deserialize, Serialize};
+
+/// Name in configurations, errors and frozen bytes.
+pub const NAME: &str = "counterfactual";
+
+/// The network, or networks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NetworkConfig {
+    /// Widths of the hidden layers.
+    pub hidden: Vec<usize>,
+    /// What hidden units do.
+    pub activation: Activation,
+    /// Optimiser; its clip is in units of the labels' spread.
+    pub adam: Adam,
+    /// Networks with initial weights and batches of their own, whose values are averaged.
+    pub ensemble: usize,
+    /// Standard deviations among the networks that are taken off the value of a move; 0: the plain mean. It makes a
+    /// student that is not sure of a move look once more.
+    pub caution: f64,
+}
+
+impl Default for NetworkConfig {
+    fn default() -> Self {
+        Self {
+            hidden: vec![64, 64],
+            activation: Activation::LeakyRelu,
+            adam: Adam { learning_rate: 3e-3, ..Adam::default() },
+            ensemble: 1,
+            caution: 0.0,
+        }
+    }
+}
+
+/// How the networks are fitted to an iteration's labels.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FitConfig {
+    /// Training steps per iteration and network.
+    pub batches: usize,
+    /// Samples per training step.
+    pub batch: usize,
+    /// Training steps between copies of the network that look targets are computed with.
+    pub refresh: usize,
+    /// Share of samples seen through the looks that the student itself would take there; the rest is seen through
+    /// random looks.
+    pub own_looks: f64,
+    /// Looks that are given a target in each sample.
+    pub looks_per_sample: usize,
+    /// Share of the labels of the state itself, against the teacher's expectation, in what is known after a look, in
+    /// [0, 1]. An expectation that learned a state by heart overrates looks; the labels do not.
+    pub lambda: f64,
+    /// Weight of a move's label that was judged after other looks than those it is learned for (only with memory), in
+    /// [0, 1].
+    pub inexact: f64,
+    /// Decay of the weights per training step, in units of the step size.
+    pub weight_decay: f64,
+    /// Share at the end of a fit over which weights are averaged, in [0, 1).
+    pub averaged: f64,
+    /// The step size of the optimiser falls to this share of itself over a fit, in (0, 1].
+    pub final_rate: f64,
+}
+
+impl Default for FitConfig {
+    fn default() -> Self {
+        Self {
+            batches: 1500,
+            batch: 64,
+            refresh: 150,
+            own_looks: 0.7,
+            looks_per_sample: 2,
+            lambda: 1.0,
+            inexact: 0.25,
+            weight_decay: 0.1,
+            averaged: 0.3,
+            final_rate: 0.02,
+        }
+    }
+}
+
+/// Counterfactual policy iteration, as data. Its budget of motor steps is that of the phase it runs in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CounterfactualConfig {
+    /// Who decides on looks.
+    pub looks: LookRule,
+    /// What of a consulted member enters the student's state.
+    pub content: Content,
+    /// What the student remembers from earlier motor steps.
+    pub memory: MemoryConfig,
+    /// The network.
+    pub network: NetworkConfig,
+    /// How it is fitted.
+    pub fit: FitConfig,
+    /// Rounds of driving, judging and fitting; the phase's own steps are shared among them.
+    pub iterations: usize,
+    /// Labels of this many last iterations are learned from.
+    pub window: usize,
+    /// Share of visited states that are judged, in (0, 1].
+    pub judged: f64,
+    /// Motor steps of a roll-out before the student's own value stands in for the rest.
+    pub horizon: usize,
+    /// Whether it stands in; else a roll-out that is cut short ends in nothing.
+    pub bootstrap: bool,
+    /// Discount per motor action, in [0, 1).
+    pub gamma: f64,
+    /// Iterations over which the price of looking that is learned from rises from 0 to the true one.
+    pub price_ramp: usize,
+    /// How much worse than the best so far an iterate may be, as a share of the best one's cost at the price learned
+    /// from, before the student goes back to the best; infinite: never back. A student that stops looking gets into
+    /// states in which looking is of no use any more, and would stay blind.
+    pub tolerance: f64,
+    /// Episodes in which each iterate is tested on the validation stream; the best is kept.
+    pub validation_runs: usize,
+    /// Iterations at full price without a better iterate after which training stops; 0: never.
+    pub patience: usize,
+}
+
+impl Default for CounterfactualConfig {
+    fn default() -> Self {
+        Self {
+            looks: LookRule::default(),
+            content: Content::Readings,
+            memory: MemoryConfig::default(),
+            network: NetworkConfig::default(),
+            fit: FitConfig::default(),
+            iterations: 12,
+            window: 5,
+            judged: 0.5,
+            horizon: 10,
+            bootstrap: true,
+            gamma: 0.93,
+            price_ramp: 6,
+            tolerance: 0.1,
+            validation_runs: 100,
+            patience: 0,
+        }
+    }
+}
+
+impl CounterfactualConfig {
+    /// Refuses settings outside their range.
+    ///
+    /// # Errors
+    /// Names the first field that is out of range.
+    pub fn validate(&self) -> Result<(), LearnerError> {
+        self.validate_network()?;
+        self.validate_fit()?;
+        self.validate_looks()?;
+        count("iterations", self.iterations, 1..=10_000)?;
+        count("window", self.window, 1..=10_000)?;
+        share("judged", self.judged)?;
+        count("horizon", self.horizon, 1..=100_000)?;
+        within("gamma", self.gamma, (0.0..1.0).contains(&self.gamma), "must be in [0, 1)")?;
+        count("price_ramp", self.price_ramp, 0..=10_000)?;
+        within("tolerance", self.tolerance, self.tolerance >= 0.0, "must be at least 0")?;
+        count("validation_runs", self.validation_runs, 1..=1_000_000)?;
+        count("patience", self.patience, 0..=10_000)
+    }
+
+    fn validate_network(&self) -> Result<(), LearnerError> {
+        let net = &self.network;
+        net.hidden.iter().try_for_each(|&width| count("network.hidden", width, 1..=4096))?;
+        let rate = f64::from(net.adam.learning_rate);
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        within("network.adam.learning_rate", rate, positive(rate), "must be finite and above 0")?;
+        let clip = f64::from(net.adam.error_clip);
+        within("network.adam.error_clip", clip, positive(clip), "must be finite and above 0")?;
+        for (field, beta) in [("network.adam.beta1", net.adam.beta1), ("network.adam.beta2", net.adam.beta2)]
+        {
+            within(field, f64::from(beta), (0.0..1.0).contains(&beta), "must be in [0, 1)")?;
+        }
+        count("network.ensemble", net.ensemble, 1..=64)?;
+        let caution = net.caution;
+        within("network.caution", caution, (0.0..=100.0).contains(&caution), "must be 0 to 100")
+    }
+
+    fn validate_fit(&self) -> Result<(), LearnerError> {
+        let fit = &self.fit;
+        count("fit.batches", fit.batches, 1..=10_000_000)?;
+        count("fit.batch", fit.batch, 1..=65_536)?;
+        count("fit.refresh", fit.refresh, 1..=10_000_000)?;
+        let own = fit.own_looks;
+        within("fit.own_looks", own, (0.0..=1.0).contains(&own), "must be in [0, 1]")?;
+        count("fit.looks_per_sample", fit.looks_per_sample, 1..=64)?;
+        for (field, value) in [("fit.lambda", fit.lambda), ("fit.inexact", fit.inexact)] {
+            within(field, value, (0.0..=1.0).contains(&value), "must be in [0, 1]")?;
+        }
+        let averaged = fit.averaged;
+        within("fit.averaged", averaged, (0.0..1.0).contains(&averaged), "must be in [0, 1)")?;
+        let decay = fit.weight_decay;
+        within("fit.weight_decay", decay, (0.0..=100.0).contains(&decay), "must be 0 to 100")?;
+        share("fit.final_rate", fit.final_rate)
+    }
+
+    fn validate_looks(&self) -> Result<(), LearnerError> {
+        match &self.looks {
+            LookRule::Adaptive { min_looks, max_looks } => {
+                count("looks.adaptive.max_looks", *max_looks, 1..=64)?;
+                count("looks.adaptive.min_looks", *min_looks, 0..=*max_looks)?;
+            }
+            LookRule::Every { steps, .. } => count("looks.every.steps", *steps, 1..=100_000)?,
+            LookRule::Fixed(_) | LookRule::All => {}
+        }
+        count("memory.looks", self.memory.looks, 0..=64)?;
+        // A remembered reading without an age it may reach would be forgotten at once.
+        count("memory.steps", self.memory.steps, usize::from(self.memory.looks > 0)..=10_000)
+    }
+}
+
+fn count(
+    field: &'static str,
+    n: usize,
+    allowed: std::ops::RangeInclusive<usize>,
+) -> Result<(), LearnerError> {
+    let words = match (*allowed.start(), *allowed.end()) {
+        (0, _) => "is too large",
+        (_, 64) => "must be 1 to 64",
+        (_, 4096) => "must be 1 to 4096",
+        _ => "must be at least 1, and no machine gets beyond some millions",
+    };
+    within(field, n as f64, allowed.contains(&n), words)
+}
+
+fn share(field: &'static str, value: f64) -> Result<(), LearnerError> {
+    within(field, value, value > 0.0 && value <= 1.0, "must be in (0, 1]")
+}
+
+fn within(field: &'static str, value: f64, fits: bool, allowed: &'static str) -> Result<(), LearnerError> {
+    if fits { Ok(()) } else { Err(LearnerError::Setting { learner: NAME, field, value, allowed }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impossible_settings_are_named() {
+        let field = |change: &dyn Fn(&mut CounterfactualConfig)| {
+            let mut config = CounterfactualConfig::default();
+            change(&mut config);
+            match config.validate() {
+                Err(LearnerError::Setting { field, .. }) => field,
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(CounterfactualConfig::default().validate(), Ok(()));
+        assert_eq!(field(&|c| c.gamma = 1.0), "gamma");
+        assert_eq!(field(&|c| c.judged = 0.0), "judged");
+        assert_eq!(field(&|c| c.fit.final_rate = f64::NAN), "fit.final_rate");
+        assert_eq!(field(&|c| c.network.ensemble = 0), "network.ensemble");
+        assert_eq!(
+            field(&|c| c.looks = LookRule::Adaptive { min_looks: 0, max_looks: 0 }),
+            "looks.adaptive.max_looks"
+        );
+        assert_eq!(
+            field(&|c| c.looks = LookRule::Adaptive { min_looks: 3, max_looks: 2 }),
+            "looks.adaptive.min_looks"
+        );
+        assert_eq!(field(&|c| c.memory = MemoryConfig { looks: 1, steps: 0, action: false }), "memory.steps");
+    }
+}

@@ -1,0 +1,375 @@
+//! Fitting the student to labels: moves by regression on what they would have been worth, looks by replay.
+
+use super::config::FitConfig;
+use super::judge::Judged;
+use super::rule::Rule;
+use super::student::{Scale, Scratch, Student};
+use crate::learners::nn::{Batch, Network};
+use crate::num;
+use crate::random::{Rng, Streams};
+use crate::set::IndexSet;
+
+/// Smallest unit, against labels that are all alike.
+const SMALLEST: f64 = 1e-3;
+
+/// Trains every network of `student` on `data`; returns the mean loss of moves and looks over the last half.
+///
+/// # Formula
+/// move a, seen through mask m: Q(s, a) − max Q(s, ·);  value: max Q(s, ·);
+/// look i at mask m: −share · priceᵢ + max( moves, open looks | m + i ),  on the same state, by a copy of the student
+///
+/// # Panics
+/// If there is no data.
+pub fn fit(student: &mut Student, data: &[&Judged], price_share: f64, streams: &Streams) -> f64 {
+    assert!(!data.is_empty(), "there must be something to learn from");
+    let settings = student.config().fit.clone();
+    let rate = student.config().network.adam.learning_rate;
+    let lesson = |name: &str, n: usize, outputs: usize| {
+        Lesson::new(student, (outputs, settings.batch), streams.child(name).nth(n as u64).stream("fit"))
+    };
+    let choices = student.actions() + student.layout().slots();
+    let mut pupils: Vec<Lesson> =
+        (0..student.config().network.ensemble).map(|n| lesson("choices", n, choices)).collect();
+    let mut value = lesson("value", 0, 1);
+    let mut loss = Mean::default();
+    for start in (0..settings.batches).step_by(settings.refresh) {
+        let teacher = student.clone();
+        for batch in start..(start + settings.refresh).min(settings.batches) {
+            let pace = Pace::new(&settings, rate, batch);
+            for (n, pupil) in pupils.iter_mut().enumerate() {
+                pupil.draw_choices(&teacher, data, price_share);
+                let error = pupil.train(&mut student.networks_mut()[n], pace);
+                if 2 * batch >= settings.batches {
+                    loss.add(error);
+                }
+            }
+            value.draw_values(&teacher, data);
+            value.train(student.value_mut(), pace);
+        }
+    }
+    for (pupil, network) in pupils.into_iter().zip(student.networks_mut()) {
+        pupil.hand_over(network);
+    }
+    value.hand_over(student.value_mut());
+    loss.mean()
+}
+
+/// A running mean.
+#[derive(Default)]
+struct Mean {
+    sum: f64,
+    count: f64,
+}
+
+impl Mean {
+    fn add(&mut self, x: f64) {
+        self.sum += x;
+        self.count += 1.0;
+    }
+
+    fn mean(&self) -> f64 {
+        self.sum / self.count.max(1.0)
+    }
+}
+
+/// The units in which labels are about 1.
+pub(super) fn scale(data: &[&Judged]) -> Scale {
+    let n = data.len().max(1) as f64;
+    let centre = data.iter().map(|j| j.value).sum::<f64>() / n;
+    let variance = data.iter().map(|j| (j.value - centre) * (j.value - centre)).sum::<f64>() / n;
+    let square = |j: &&Judged| {
+        let own = j.worths.first().map_or(&[][..], |w| &w.advantages);
+        own.iter().map(|a| a * a).sum::<f64>() / own.len().max(1) as f64
+    };
+    let advantage = (data.iter().map(square).sum::<f64>() / n).sqrt();
+    Scale { advantage: advantage.max(SMALLEST), value: variance.sqrt().max(SMALLEST), centre }
+}
+
+/// How far and how a training step goes.
+#[derive(Clone, Copy)]
+struct Pace {
+    rate: f32,
+    decay: f32,
+    averaged: bool,
+}
+
+impl Pace {
+    fn new(settings: &FitConfig, rate: f32, batch: usize) -> Self {
+        let progress = batch as f64 / settings.batches as f64;
+        let rate = rate * num::pow(settings.final_rate, progress) as f32;
+        let averaged = progress >= 1.0 - settings.averaged;
+        Self { rate, decay: rate * settings.weight_decay as f32, averaged }
+    }
+}
+
+/// One network's batches.
+struct Lesson {
+    rng: Rng,
+    rows: usize,
+    width: usize,
+    outputs: usize,
+    inputs: Vec<f32>,
+    targets: Vec<f32>,
+    weights: Vec<f32>,
+    masked: Vec<f32>,
+    scratch: Scratch,
+    average: Option<(Network, usize)>,
+}
+
+impl Lesson {
+    fn new(student: &Student, (outputs, rows): (usize, usize), rng: Rng) -> Self {
+        let width = student.layout().width();
+        Self {
+            rng,
+            rows,
+            width,
+            outputs,
+            inputs: vec![0.0; rows * width],
+            targets: vec![0.0; rows * outputs],
+            weights: vec![0.0; rows * outputs],
+            masked: vec![0.0; width],
+            scratch: student.scratch(),
+            average: None,
+        }
+    }
+
+    /// One training step on the batch.
+    fn train(&mut self, network: &mut Network, pace: Pace) -> f64 {
+        network.set_learning_rate(pace.rate);
+        network.decay(pace.decay);
+        let batch = Batch { inputs: &self.inputs, targets: &self.targets, weights: &self.weights };
+        let loss = network.train_batch(&batch);
+        if pace.averaged {
+            let (average, count) = self.average.get_or_insert_with(|| (network.clone(), 0));
+            *count += 1;
+            average.blend(network, 1.0 / *count as f32);
+        }
+        loss
+    }
+
+    /// The end of the fit: the average of the last weights, if there is one, takes the place of the last.
+    fn hand_over(self, network: &mut Network) {
+        if let Some((average, _)) = self.average {
+            *network = average;
+        }
+    }
+
+    /// A state drawn at random, written into the batch as seen through a mask.
+    fn draw<'d>(&mut self, row: usize, teacher: &Student, data: &[&'d Judged]) -> (&'d Judged, IndexSet) {
+        let judged = data[self.rng.below(data.len())];
+        let mask = self.mask(teacher, judged);
+        let place = row * self.width..(row + 1) * self.width;
+        teacher.layout().mask(&judged.full, mask, &mut self.inputs[place]);
+        (judged, mask)
+    }
+
+    /// Fills the batch with what moves and looks are worth.
+    fn draw_choices(&mut self, teacher: &Student, data: &[&Judged], price_share: f64) {
+        self.weights.fill(0.0);
+        let unit = teacher.scale().advantage;
+        for row in 0..self.rows {
+            let (judged, mask) = self.draw(row, teacher, data);
+            let (worth, exact) = judged.worth(mask);
+            let weight = if exact { 1.0 } else { teacher.config().fit.inexact as f32 };
+            for (action, advantage) in worth.iter().enumerate() {
+                self.label((row, action), advantage / unit, weight);
+            }
+            for _ in 0..teacher.config().fit.looks_per_sample {
+                self.label_look(row, (judged, mask), teacher, price_share);
+            }
+        }
+    }
+
+    /// Fills the batch with values of states.
+    fn draw_values(&mut self, teacher: &Student, data: &[&Judged]) {
+        let scale = teacher.scale();
+        for row in 0..self.rows {
+            let (judged, _) = self.draw(row, teacher, data);
+            self.label((row, 0), (judged.value - scale.centre) / scale.value, 1.0);
+        }
+    }
+
+    fn label(&mut self, (row, output): (usize, usize), target: f64, weight: f32) {
+        let at = row * self.outputs + output;
+        self.targets[at] = target as f32;
+        self.weights[at] = weight;
+    }
+
+    /// One look that is open at the mask, drawn at random, if there is any.
+    fn label_look(
+        &mut self,
+        row: usize,
+        (judged, mask): (&Judged, IndexSet),
+        teacher: &Student,
+        price_share: f64,
+    ) {
+        let open = teacher.open_looks(mask);
+        if open.is_empty() {
+            return;
+        }
+        let Some(slot) = open.iter().nth(self.rng.below(open.len())) else { return };
+        let work = (&mut self.masked[..], &mut self.scratch);
+        let worth = look_worth(teacher, judged, (mask, slot), price_share, work);
+        self.label((row, teacher.actions() + slot), worth / teacher.scale().advantage, 1.0);
+    }
+
+    /// The looks through which a state is seen: those of the rule; else some that the teacher would take itself, or
+    /// any.
+    fn mask(&mut self, teacher: &Student, judged: &Judged) -> IndexSet {
+        match teacher.rule() {
+            Rule::Scheduled { .. } => teacher.rule().due(judged.clock).unwrap_or_default(),
+            Rule::Adaptive { max_looks, .. } => {
+                if self.rng.chance(teacher.config().fit.own_looks) {
+                    if judged.worths.len() > 1 && self.rng.chance(0.5) {
+                        return judged.worths[self.rng.below(judged.worths.len())].looks;
+                    }
+                    self.own_looks(teacher, judged)
+                } else {
+                    self.any_looks(teacher.layout().slots(), max_looks)
+                }
+            }
+        }
+    }
+
+    fn any_looks(&mut self, slots: usize, most: usize) -> IndexSet {
+        let size = self.rng.below(most.min(slots) + 1);
+        let mut mask = IndexSet::EMPTY;
+        while mask.len() < size {
+            mask = mask.with(self.rng.below(slots));
+        }
+        mask
+    }
+
+    /// A stop on the way of the teacher's own looks, every stop with the same probability.
+    fn own_looks(&mut self, teacher: &Student, judged: &Judged) -> IndexSet {
+        let (mut mask, mut chosen, mut stops) = (IndexSet::EMPTY, IndexSet::EMPTY, 1.0);
+        loop {
+            teacher.layout().mask(&judged.full, mask, &mut self.masked);
+            teacher.evaluate(&self.masked, &mut self.scratch);
+            match teacher.preferred_look(mask, &self.scratch) {
+                Some((slot, _)) => mask = mask.with(slot),
+                None => return chosen,
+            }
+            stops += 1.0;
+            if self.rng.chance(1.0 / stops) {
+                chosen = mask;
+            }
+        }
+    }
+}
+
+/// What looking at `slot` is worth where `mask` has been seen: its price, and the best that is known with it.
+///
+/// With λ, the teacher's expectation gives way to what its further looks and its move earn on this very state.
+fn look_worth(
+    teacher: &Student,
+    judged: &Judged,
+    (mask, slot): (IndexSet, usize),
+    price_share: f64,
+    (masked, scratch): (&mut [f32], &mut Scratch),
+) -> f64 {
+    let lambda = teacher.config().fit.lambda;
+    let (mut after, mut spent) = (mask.with(slot), price_share * teacher.prices()[slot]);
+    let mut expected = None;
+    loop {
+        teacher.layout().mask(&judged.full, after, masked);
+        teacher.evaluate(masked, scratch);
+        let action = teacher.best_move(scratch);
+        let look = teacher.preferred_look(after, scratch);
+        let best = look.map_or(scratch.values[action], |(_, worth)| worth) - spent;
+        let expected = *expected.get_or_insert(best);
+        if lambda <= 0.0 {
+            return expected;
+        }
+        let Some((next, _)) = look else {
+            let (worth, exact) = judged.worth(after);
+            let lambda = if exact { lambda } else { 0.0 };
+            return (1.0 - lambda) * expected + lambda * (worth[action] - spent);
+        };
+        after = after.with(next);
+        spent += price_share * teacher.prices()[next];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::counterfactual::config::{CounterfactualConfig, FitConfig};
+    use crate::counterfactual::judge::Worth;
+    use crate::counterfactual::student::StudentShape;
+
+    fn student(rule: Rule, fit: FitConfig) -> Student {
+        let shape = StudentShape { blocks: vec![1, 1], prices: vec![2.0, 0.5], actions: 2, rule };
+        let config = CounterfactualConfig { fit, ..CounterfactualConfig::default() };
+        Student::new(&config, &shape, &Streams::new(3)).unwrap()
+    }
+
+    /// A state whose right move is told by the first reading; the second one tells nothing.
+    fn state(bit: bool, noise: f32) -> Judged {
+        let right = usize::from(bit);
+        let advantages = (0..2).map(|a| if a == right { 0.0 } else { -10.0 }).collect();
+        let own = Worth { looks: IndexSet::EMPTY, advantages };
+        Judged { full: vec![right as f32, noise, 1.0, 1.0], clock: 0, worths: vec![own], value: -3.0 }
+    }
+
+    const FREE: Rule = Rule::Adaptive { min_looks: 0, max_looks: 2 };
+
+    #[test]
+    fn a_look_is_worth_what_is_known_after_it_less_its_price() {
+        let student = student(FREE, FitConfig { lambda: 0.0, ..FitConfig::default() });
+        let (judged, mut masked) = (state(true, 0.4), vec![0.0; 4]);
+        let (mut scratch, mut again) = (student.scratch(), student.scratch());
+        let worth = look_worth(&student, &judged, (IndexSet::EMPTY, 1), 0.5, (&mut masked, &mut scratch));
+        student.evaluate(&[0.0, 0.4, 0.0, 1.0], &mut again);
+        // Moves 0 and 1, or a look at slot 0; slot 1 has been looked at.
+        let best = again.values[0].max(again.values[1]).max(again.values[2]);
+        assert_eq!(worth, best - 0.5 * 0.5);
+    }
+
+    #[test]
+    fn with_lambda_it_is_worth_what_the_teacher_then_earns_on_this_very_state() {
+        let rule = Rule::Adaptive { min_looks: 0, max_looks: 1 };
+        let student = student(rule, FitConfig { lambda: 1.0, ..FitConfig::default() });
+        let (judged, mut masked, mut scratch) = (state(true, 0.4), vec![0.0; 4], student.scratch());
+        let worth = look_worth(&student, &judged, (IndexSet::EMPTY, 0), 1.0, (&mut masked, &mut scratch));
+        student.evaluate(&[1.0, 0.0, 1.0, 0.0], &mut scratch);
+        assert_eq!(worth, judged.worths[0].advantages[student.best_move(&scratch)] - 2.0);
+    }
+
+    #[test]
+    fn the_look_that_tells_is_learned_and_the_other_is_not_bought() {
+        let settings = FitConfig { batches: 800, batch: 32, refresh: 50, ..FitConfig::default() };
+        let mut student = student(FREE, settings);
+        let states: Vec<Judged> = (0..40).map(|i| state(i % 2 == 0, (i * 7 % 10) as f32 / 10.0)).collect();
+        let data: Vec<&Judged> = states.iter().collect();
+        student.set_scale(scale(&data));
+        fit(&mut student, &data, 1.0, &Streams::new(1));
+        let mut scratch = student.scratch();
+        student.evaluate(&[0.0; 4], &mut scratch);
+        let near = |value: f64, expected: f64| (value - expected).abs() < 0.7;
+        assert!(near(scratch.values[0], -5.0) && near(scratch.values[1], -5.0), "{:?}", scratch.values);
+        assert!(
+            near(scratch.values[2], -2.0),
+            "what it tells is worth 5, its price is 2: {:?}",
+            scratch.values
+        );
+        assert!(
+            near(scratch.values[3], -2.5),
+            "tells nothing, but the other may follow: {:?}",
+            scratch.values
+        );
+        assert_eq!(student.preferred_look(IndexSet::EMPTY, &scratch).map(|(slot, _)| slot), Some(0));
+    }
+
+    #[test]
+    fn a_change_of_units_keeps_what_was_learned() {
+        let mut student = student(FREE, FitConfig::default());
+        let (mut before, mut after) = (student.scratch(), student.scratch());
+        student.evaluate(&[0.3; 4], &mut before);
+        student.set_scale(Scale { advantage: 7.0, value: 20.0, centre: -50.0 });
+        student.evaluate(&[0.3; 4], &mut after);
+        for (b, a) in before.values.iter().zip(&after.values) {
+            assert!((b - a).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! What a student holds while it drives: this motor step's readings, what it remembers of earlier ones, and a clock.
+//! Written straight into the network's input.
+
+use crate::set::IndexSet;
+use serde::{Deserialize, Serialize};
+
+/// What is remembered from earlier motor steps; all zero: nothing, as in the paper.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MemoryConfig {
+    /// Earlier readings kept of each member, the last ones; beside today's reading they make motion visible.
+    pub looks: usize,
+    /// Motor steps after which a reading is forgotten.
+    pub steps: usize,
+    /// Whether the last motor action is remembered.
+    pub action: bool,
+}
+
+/// Where everything lies in the input: readings by slot (null: zeros), one bit per slot that says "was looked at",
+/// remembered readings with their age, the last motor action.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Layout {
+    offsets: Vec<usize>,
+    memory: MemoryConfig,
+    actions: usize,
+}
+
+impl Layout {
+    /// The layout for members whose readings have these lengths.
+    #[must_use]
+    pub fn new(blocks: &[usize], memory: MemoryConfig, actions: usize) -> Self {
+        let mut offsets = vec![0];
+        for length in blocks {
+            offsets.push(offsets[offsets.len() - 1] + length);
+        }
+        Self { offsets, memory, actions }
+    }
+
+    /// Number of slots.
+    #[must_use]
+    pub fn slots(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Length of the input.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.action_at() + if self.memory.action { self.actions } else { 0 }
+    }
+
+    /// Where the reading of `slot` lies.
+    #[must_use]
+    pub fn block(&self, slot: usize) -> std::ops::Range<usize> {
+        self.offsets[slot]..self.offsets[slot + 1]
+    }
+
+    fn readings(&self) -> usize {
+        self.offsets[self.slots()]
+    }
+
+    fn bit(&self, slot: usize) -> usize {
+        self.readings() + slot
+    }
+
+    /// Where the `depth`-th last remembered reading of `slot` lies; its age is written behind it.
+    fn remembered(&self, slot: usize, depth: usize) -> std::ops::Range<usize> {
+        let frame = self.readings() + self.slots();
+        let start = frame * (1 + depth) + self.offsets[slot] + slot;
+        start..start + self.block(slot).len()
+    }
+
+    fn action_at(&self) -> usize {
+        (self.readings() + self.slots()) * (1 + self.memory.looks)
+    }
+
+    /// Copies `full`, in which everybody was looked at, as somebody sees it who looked at `attended` only.
+    pub fn mask(&self, full: &[f32], attended: IndexSet, out: &mut [f32]) {
+        out.copy_from_slice(full);
+        for slot in (0..self.slots()).filter(|&slot| !attended.contains(slot)) {
+            out[self.block(slot)].fill(0.0);
+            out[self.bit(slot)] = 0.0;
+        }
+    }
+}
+
+/// The state of a student within an episode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gaze {
+    input: Vec<f32>,
+    attended: IndexSet,
+    ages: Vec<usize>,
+    clock: usize,
+}
+
+impl Gaze {
+    /// The beginning of an episode: nothing seen, nothing remembered.
+    #[must_use]
+    pub fn new(layout: &Layout) -> Self {
+        Self {
+            input: vec![0.0; layout.width()],
+            attended: IndexSet::EMPTY,
+            ages: vec![0; layout.slots() * layout.memory.looks],
+            clock: 0,
+        }
+    }
+
+    /// Back to the beginning of an episode.
+    pub fn reset(&mut self) {
+        self.input.fill(0.0);
+        self.ages.fill(0);
+        (self.attended, self.clock) = (IndexSet::EMPTY, 0);
+    }
+
+    /// The network's input.
+    #[must_use]
+    pub fn input(&self) -> &[f32] {
+        &self.input
+    }
+
+    /// Slots looked at in this motor step.
+    #[must_use]
+    pub fn attended(&self) -> IndexSet {
+        self.attended
+    }
+
+    /// Motor steps since the beginning of the episode.
+    #[must_use]
+    pub fn clock(&self) -> usize {
+        self.clock
+    }
+
+    /// Sees `full`, in which everybody was looked at, as if `attended` were all that was looked at.
+    pub fn see_through(&mut self, layout: &Layout, full: &[f32], attended: IndexSet) {
+        layout.mask(full, attended, &mut self.input);
+        self.attended = attended;
+    }
+
+    /// Takes in what the member in `slot` shows.
+    pub fn look(&mut self, layout: &Layout, slot: usize, reading: &[f64]) {
+        crate::learners::nn::narrow(reading, &mut self.input[layout.block(slot)]);
+        self.input[layout.bit(slot)] = 1.0;
+        self.attended = self.attended.with(slot);
+    }
+
+    /// A motor step is over: its readings become memories, and nothing of the next one is seen yet.
+    pub fn advance(&mut self, layout: &Layout, action: usize) {
+        for slot in 0..layout.slots() {
+            self.age(layout, slot);
+        }
+        let now = ..layout.readings() + layout.slots();
+        self.input[now].fill(0.0);
+        self.attended = IndexSet::EMPTY;
+        if layout.memory.action {
+            let at = layout.action_at();
+            self.input[at..].fill(0.0);
+            self.input[at + action] = 1.0;
+        }
+        self.clock += 1;
+    }
+
+    /// Memories of `slot` grow older by one step, and make room for this step's reading if there is one.
+    fn age(&mut self, layout: &Layout, slot: usize) {
+        let depth = layout.memory.looks;
+        let ages = &mut self.ages[slot * depth..(slot + 1) * depth];
+        if depth > 0 && self.attended.contains(slot) {
+            ages.rotate_right(1);
+            ages[0] = 0;
+            for d in (1..depth).rev() {
+                self.input.copy_within(layout.remembered(slot, d - 1), layout.remembered(slot, d).start);
+            }
+            self.input.copy_within(layout.block(slot), layout.remembered(slot, 0).start);
+        } else if ages.first().is_none_or(|&newest| newest == 0) {
+            return;
+        }
+        for (d, age) in ages.iter_mut().enumerate() {
+            // Age 0 marks an empty place, but for the reading that came in just now.
+            let empty = *age == 0 && !(d == 0 && self.attended.contains(slot));
+            *age = if empty || *age >= layout.memory.steps { 0 } else { *age + 1 };
+            let place = layout.remembered(slot, d);
+            let freshness = place.end;
+            if *age == 0 {
+                self.input[place].fill(0.0);
+                self.input[freshness] = 0.0;
+            } else {
+                self.input[freshness] = 1.0 - (*age - 1) as f32 / layout.memory.steps as f32;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layout(looks: usize, steps: usize) -> Layout {
+        Layout::new(&[2, 1], MemoryConfig { looks, steps, action: true }, 3)
+    }
+
+    #[test]
+    fn a_look_fills_its_place_and_nothing_else() {
+        let layout = layout(0, 0);
+        let mut gaze = Gaze::new(&layout);
+        gaze.look(&layout, 1, &[0.5]);
+        assert_eq!(gaze.input(), [0.0, 0.0, 0.5, 0.0, 1.0, 0.0, 0.0, 0.0]);
+        gaze.advance(&layout, 2);
+        assert_eq!(gaze.input(), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_eq!((gaze.attended(), gaze.clock()), (IndexSet::EMPTY, 1));
+    }
+
+    #[test]
+    fn readings_are_remembered_with_their_age_and_then_forgotten() {
+        let layout = layout(2, 3);
+        let mut gaze = Gaze::new(&layout);
+        gaze.look(&layout, 1, &[0.5]);
+        gaze.advance(&layout, 0);
+        gaze.look(&layout, 1, &[0.7]);
+        gaze.advance(&layout, 0);
+        let memory = |gaze: &Gaze| {
+            [0, 1].map(|d| {
+                let place = layout.remembered(1, d);
+                (gaze.input[place.start], gaze.input[place.end])
+            })
+        };
+        let third = 1.0 / 3.0;
+        assert_eq!(memory(&gaze), [(0.7, 1.0), (0.5, 1.0 - third)]);
+        gaze.advance(&layout, 0);
+        gaze.advance(&layout, 0);
+        assert_eq!(memory(&gaze), [(0.7, 1.0 - 2.0f32 / 3.0), (0.0, 0.0)], "the older one is forgotten");
+        gaze.advance(&layout, 0);
+        assert_eq!(memory(&gaze), [(0.0, 0.0); 2]);
+        assert!(gaze.input[..layout.remembered(0, 0).start].iter().all(|&x| x == 0.0));
+    }
+
+    #[test]
+    fn a_mask_hides_what_was_not_attended_and_keeps_memories() {
+        let layout = layout(1, 3);
+        let mut gaze = Gaze::new(&layout);
+        gaze.look(&layout, 0, &[0.1, 0.2]);
+        gaze.advance(&layout, 1);
+        gaze.look(&layout, 0, &[0.3, 0.4]);
+        let some = gaze.clone();
+        gaze.look(&layout, 1, &[0.9]);
+        let mut out = vec![f32::NAN; layout.width()];
+        layout.mask(gaze.input(), IndexSet::EMPTY.with(0), &mut out);
+        assert_eq!(out, some.input());
+    }
+}

@@ -1,0 +1,27 @@
+//! Counterfactual roll-out policy iteration: attention and moves learned together from what *would* have happened.
+//!
+//! The student drives and looks as it can. At visited states a [`Judge`] says what every motor action would have been
+//! worth under the student's own continuation (its own looks, its own prices): by default [`RollOuts`] in forked
+//! worlds with common noise. Looks need no second world, because looking moves nothing: any order of looks can be
+//! replayed on a fully observed state, so a look is worth −price + the best that is known with one reading more.
+//! One network holds the values for all sets of readings. In the order of the data:
+//! [`config`] → [`gaze`] → [`student`] → [`sight`] → [`judge`] → [`fit`] → [`mod@iterate`].
+//!
+//! Not in the paper: it answers the question of the paper's introduction, whether attention beats "a fixed subset (or
+//! a static combination) of sensors", on which its Phase III (see [`crate::policies::attention`]) stays open.
+
+pub mod config;
+pub mod fit;
+pub mod gaze;
+pub mod iterate;
+pub mod judge;
+pub mod rule;
+pub mod sight;
+pub mod student;
+
+pub use config::CounterfactualConfig;
+pub use gaze::MemoryConfig;
+pub use iterate::{CounterfactualError, Graduate, Iterate, School, iterate};
+pub use judge::{Alone, Judge, Judged, RollOuts, Workers};
+pub use rule::{LookRule, UnknownMember};
+pub use student::{Student, StudentShape};

@@ -1,0 +1,132 @@
+//! Sights: moments of the student's own drives, with a copy of the world as it stood. Gathered by the one loop itself,
+//! through a world and a policy that take notes.
+
+use super::gaze::Gaze;
+use super::iterate::School;
+use super::student::Student;
+use crate::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use crate::observe::Observer;
+use crate::phase::Phase;
+use crate::policies::Counterfactual;
+use crate::policy::{Choice, Policy, Situation};
+use crate::random::{Rng, Streams};
+use crate::run::{Stage, run};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A moment just before a motor action: what the student had seen, and the world.
+pub struct Sight {
+    /// What the student knew when it decided.
+    pub gaze: Gaze,
+    /// A copy of the world.
+    pub world: Box<dyn Environment>,
+    /// All noise that judging this sight needs.
+    pub streams: Streams,
+}
+
+/// What the student knew at its last move, on the way from the policy to the world.
+type Note = Arc<Mutex<Option<Gaze>>>;
+
+fn lock(note: &Note) -> std::sync::MutexGuard<'_, Option<Gaze>> {
+    note.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A driver that notes what it knew at every move.
+struct Scout<'a> {
+    driver: &'a mut Counterfactual,
+    note: Note,
+}
+
+impl Policy for Scout<'_> {
+    fn choose(&mut self, situation: &Situation<'_>, rng: &mut Rng) -> Choice {
+        let choice = self.driver.choose(situation, rng);
+        if matches!(choice, Choice::Move(_)) {
+            *lock(&self.note) = Some(self.driver.gaze().clone());
+        }
+        choice
+    }
+
+    fn begin(&mut self, learning: bool) {
+        self.driver.begin(learning);
+    }
+}
+
+/// A world that copies itself before some of its motor steps.
+struct Track<'a> {
+    world: &'a mut dyn Environment,
+    note: Note,
+    share: f64,
+    owed: f64,
+    streams: Streams,
+    sights: Vec<Sight>,
+    stuck: bool,
+}
+
+impl Track<'_> {
+    fn take_note(&mut self) {
+        self.owed += self.share;
+        let Some(gaze) = lock(&self.note).take().filter(|_| self.owed >= 1.0) else { return };
+        self.owed -= 1.0;
+        let streams = self.streams.nth(self.sights.len() as u64);
+        match self.world.fork() {
+            Some(world) => self.sights.push(Sight { gaze, world, streams }),
+            None => self.stuck = true,
+        }
+    }
+}
+
+impl Environment for Track<'_> {
+    fn spec(&self) -> &EnvironmentSpec {
+        self.world.spec()
+    }
+
+    fn reset(&mut self, seed: u64) -> Result<(), EnvironmentError> {
+        self.world.reset(seed)
+    }
+
+    fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
+        self.world.sense(sensor, out)
+    }
+
+    fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError> {
+        self.take_note();
+        self.world.step(action)
+    }
+
+    fn measures(&self) -> &[f64] {
+        self.world.measures()
+    }
+}
+
+/// Lets `student` drive through `phase` and returns the share of moments that is to be judged, evenly spread; none if the
+/// world cannot be copied.
+///
+/// # Errors
+/// If the world fails.
+pub fn gather(
+    school: &mut School<'_>,
+    student: &Student,
+    phase: &Phase,
+    streams: &Streams,
+    observer: &mut dyn Observer,
+) -> Result<Option<Vec<Sight>>, EnvironmentError> {
+    let note = Note::default();
+    let mut driver = Counterfactual::new(student.clone(), school.roster.clone());
+    let mut scout = Scout { driver: &mut driver, note: note.clone() };
+    let mut track = Track {
+        world: &mut *school.environment,
+        note,
+        share: student.config().judged,
+        owed: 0.0,
+        streams: streams.child("sights"),
+        sights: Vec::new(),
+        stuck: false,
+    };
+    let mut scouting = Stage {
+        environment: &mut track,
+        members: &mut *school.members,
+        policy: &mut scout,
+        scaling: school.scaling,
+    };
+    run(&mut scouting, phase, streams, observer)?;
+    Ok(if track.stuck { None } else { Some(track.sights) })
+}

@@ -1,0 +1,352 @@
+//! The student: what every move, and every look, is worth for any set of readings. Eqs. (8, 9).
+
+use super::config::{CounterfactualConfig, NAME};
+use super::gaze::{Gaze, Layout};
+use super::rule::Rule;
+use crate::learner::LearnerError;
+use crate::learners::frozen;
+use crate::learners::nn::Network;
+use crate::num;
+use crate::random::Streams;
+use crate::set::IndexSet;
+use serde::{Deserialize, Serialize};
+
+/// What a student is born for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudentShape {
+    /// Length of what each slot shows.
+    pub blocks: Vec<usize>,
+    /// Price of looking at each slot. Fig. 7b.
+    pub prices: Vec<f64>,
+    /// Number of motor actions.
+    pub actions: usize,
+    /// Who decides on looks.
+    pub rule: Rule,
+}
+
+/// Units the networks compute in, taken from the labels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Scale {
+    /// Unit of advantages and of looks.
+    pub advantage: f64,
+    /// Unit of a state's value.
+    pub value: f64,
+    /// Value that the networks call 0.
+    pub centre: f64,
+}
+
+/// The next thing to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// Look at this slot.
+    Look(usize),
+    /// Carry out this motor action.
+    Move(usize),
+}
+
+/// Networks over masked readings. In the order of the outputs: advantage of every motor action (its value minus that
+/// of the state's best one, so that what is only true of the state cancels), then worth of looking at every slot, in
+/// the same terms. A network of its own, asked only where a roll-out ends, knows the value of the state's best action:
+/// values are some ten times larger than advantages and would drown them.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Student {
+    config: CounterfactualConfig,
+    layout: Layout,
+    rule: Rule,
+    prices: Vec<f64>,
+    actions: usize,
+    networks: Vec<Network>,
+    value: Network,
+    scale: Scale,
+}
+
+/// Working memory for one student at a time.
+#[derive(Clone, Debug)]
+pub struct Scratch {
+    raw: Vec<f32>,
+    squares: Vec<f64>,
+    /// Values in units of reward, in the order of [`Student`]'s outputs.
+    pub values: Vec<f64>,
+}
+
+impl Student {
+    /// A newborn student; its weights come from `streams`.
+    ///
+    /// # Errors
+    /// If a setting is outside its range.
+    pub fn new(
+        config: &CounterfactualConfig,
+        shape: &StudentShape,
+        streams: &Streams,
+    ) -> Result<Self, LearnerError> {
+        config.validate()?;
+        let layout = Layout::new(&shape.blocks, config.memory, shape.actions);
+        let net = &config.network;
+        let network = |outputs: usize, streams: &Streams| {
+            let mut rng = streams.stream("weights");
+            Network::new(&widths(config, &layout, outputs), net.activation, net.adam, &mut rng)
+        };
+        let choices = shape.actions + layout.slots();
+        let nth = |i: usize| network(choices, &streams.nth(i as u64));
+        Ok(Self {
+            networks: (0..net.ensemble).map(nth).collect(),
+            value: network(1, &streams.child("value")),
+            config: config.clone(),
+            layout,
+            rule: shape.rule,
+            prices: shape.prices.clone(),
+            actions: shape.actions,
+            scale: Scale { advantage: 1.0, value: 1.0, centre: 0.0 },
+        })
+    }
+
+    /// The student as bytes.
+    #[must_use]
+    pub fn freeze(&self) -> Vec<u8> {
+        frozen::seal(NAME, self)
+    }
+
+    /// The student frozen in `bytes`, if it was trained under these settings and for this shape.
+    ///
+    /// # Errors
+    /// If the bytes are damaged or belong to other settings or another shape.
+    pub fn thaw(
+        config: &CounterfactualConfig,
+        shape: &StudentShape,
+        bytes: &[u8],
+    ) -> Result<Self, LearnerError> {
+        let student: Self = frozen::open(NAME, bytes)?;
+        let layout = Layout::new(&shape.blocks, config.memory, shape.actions);
+        let choices = widths(config, &layout, shape.actions + layout.slots());
+        let sound = student.config == *config
+            && student.layout == layout
+            && student.rule == shape.rule
+            && student.prices == shape.prices
+            && student.actions == shape.actions
+            && student.networks.len() == config.network.ensemble
+            && student.networks.iter().all(|n| n.fits(&choices))
+            && student.value.fits(&widths(config, &layout, 1));
+        if sound { Ok(student) } else { Err(frozen::foreign(NAME)) }
+    }
+
+    /// Its settings.
+    #[must_use]
+    pub fn config(&self) -> &CounterfactualConfig {
+        &self.config
+    }
+
+    /// How its input is laid out.
+    #[must_use]
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Who decides on its looks.
+    #[must_use]
+    pub fn rule(&self) -> Rule {
+        self.rule
+    }
+
+    /// Price of looking at each slot.
+    #[must_use]
+    pub fn prices(&self) -> &[f64] {
+        &self.prices
+    }
+
+    /// Number of motor actions.
+    #[must_use]
+    pub fn actions(&self) -> usize {
+        self.actions
+    }
+
+    /// Number of weights of all networks.
+    #[must_use]
+    pub fn weights(&self) -> usize {
+        self.networks.iter().chain([&self.value]).map(Network::weights).sum()
+    }
+
+    pub(super) fn networks_mut(&mut self) -> &mut [Network] {
+        &mut self.networks
+    }
+
+    pub(super) fn value_mut(&mut self) -> &mut Network {
+        &mut self.value
+    }
+
+    pub(super) fn scale(&self) -> Scale {
+        self.scale
+    }
+
+    /// Changes the units; what was learned stays the same.
+    pub(super) fn set_scale(&mut self, new: Scale) {
+        let old = self.scale;
+        for network in &mut self.networks {
+            network.rescale_outputs((old.advantage / new.advantage) as f32, 0.0);
+        }
+        let shift = (old.centre - new.centre) / new.value;
+        self.value.rescale_outputs((old.value / new.value) as f32, shift as f32);
+        self.scale = new;
+    }
+
+    /// Whether looks are free to choose and remembered, so that a look not taken is missed later on.
+    #[must_use]
+    pub fn remembers_free_looks(&self) -> bool {
+        self.config.memory.looks > 0 && matches!(self.rule, Rule::Adaptive { .. })
+    }
+
+    /// Working memory of the right size.
+    #[must_use]
+    pub fn scratch(&self) -> Scratch {
+        let outputs = self.actions + self.layout.slots();
+        Scratch { raw: vec![0.0; outputs], squares: vec![0.0; self.actions], values: vec![0.0; outputs] }
+    }
+
+    /// All values for a network input, into `scratch.values`.
+    pub fn evaluate(&self, input: &[f32], scratch: &mut Scratch) {
+        let n = self.networks.len() as f64;
+        scratch.values.fill(0.0);
+        scratch.squares.fill(0.0);
+        for network in &self.networks {
+            network.forward(input, &mut scratch.raw);
+            for (sum, &z) in scratch.values.iter_mut().zip(&scratch.raw) {
+                *sum += f64::from(z) / n;
+            }
+            for (sum, &z) in scratch.squares.iter_mut().zip(&scratch.raw) {
+                *sum += f64::from(z) * f64::from(z) / n;
+            }
+        }
+        let caution = self.config.network.caution;
+        if caution > 0.0 {
+            for (mean, square) in scratch.values.iter_mut().zip(&scratch.squares) {
+                *mean -= caution * (square - *mean * *mean).max(0.0).sqrt();
+            }
+        }
+        scratch.values.iter_mut().for_each(|value| *value *= self.scale.advantage);
+    }
+
+    /// The motor action that the values in `scratch` call best.
+    #[must_use]
+    pub fn best_move(&self, scratch: &Scratch) -> usize {
+        num::argmax(&scratch.values[..self.actions])
+    }
+
+    /// Slots that may still be looked at by free choice when `attended` have been.
+    pub fn open_looks(&self, attended: IndexSet) -> IndexSet {
+        let free = matches!(self.rule, Rule::Adaptive { max_looks, .. } if attended.len() < max_looks);
+        if free { IndexSet::first(self.layout.slots()).minus(attended) } else { IndexSet::EMPTY }
+    }
+
+    /// The look with its worth that the student takes after `attended` by the values in `scratch`; none: it moves.
+    #[must_use]
+    pub fn preferred_look(&self, attended: IndexSet, scratch: &Scratch) -> Option<(usize, f64)> {
+        let looks = &scratch.values[self.actions..];
+        let open = self.open_looks(attended).iter().map(|slot| (slot, looks[slot]));
+        let best = open.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
+        let must = matches!(self.rule, Rule::Adaptive { min_looks, .. } if attended.len() < min_looks);
+        (must || best.1 > scratch.values[self.best_move(scratch)]).then_some(best)
+    }
+
+    /// The next look, or the move, where `gaze` stands. If it is a move, `scratch` holds the values behind it.
+    pub fn next(&self, gaze: &Gaze, scratch: &mut Scratch) -> Next {
+        if let Some(due) = self.rule.due(gaze.clock())
+            && let Some(slot) = due.minus(gaze.attended()).iter().next()
+        {
+            return Next::Look(slot);
+        }
+        self.evaluate(gaze.input(), scratch);
+        match self.preferred_look(gaze.attended(), scratch) {
+            Some((slot, _)) => Next::Look(slot),
+            None => Next::Move(self.best_move(scratch)),
+        }
+    }
+
+    /// What the future is worth where `gaze` stands and decides on `action`; `scratch` holds the values behind it.
+    #[must_use]
+    pub fn worth(&self, gaze: &Gaze, action: usize, scratch: &Scratch) -> f64 {
+        let mut value = [0.0];
+        self.value.forward(gaze.input(), &mut value);
+        self.scale.centre + self.scale.value * f64::from(value[0]) + scratch.values[action]
+    }
+}
+
+fn widths(config: &CounterfactualConfig, layout: &Layout, outputs: usize) -> Vec<usize> {
+    let hidden = config.network.hidden.iter().copied();
+    std::iter::once(layout.width()).chain(hidden).chain([outputs]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::counterfactual::config::NetworkConfig;
+
+    fn shape(rule: Rule) -> StudentShape {
+        StudentShape { blocks: vec![2, 1, 1], prices: vec![1.0, 2.0, 3.0], actions: 2, rule }
+    }
+
+    fn student(rule: Rule) -> Student {
+        Student::new(&CounterfactualConfig::default(), &shape(rule), &Streams::new(1)).unwrap()
+    }
+
+    #[test]
+    fn a_schedule_is_kept_whatever_the_values_say() {
+        let rule = Rule::Scheduled { slots: IndexSet::EMPTY.with(0).with(2), every: 2 };
+        let student = student(rule);
+        let (mut gaze, mut scratch) = (Gaze::new(student.layout()), student.scratch());
+        assert_eq!(student.next(&gaze, &mut scratch), Next::Look(0));
+        gaze.look(student.layout(), 0, &[0.1, 0.2]);
+        assert_eq!(student.next(&gaze, &mut scratch), Next::Look(2));
+        gaze.look(student.layout(), 2, &[0.1]);
+        assert!(matches!(student.next(&gaze, &mut scratch), Next::Move(_)));
+        gaze.advance(student.layout(), 0);
+        assert!(matches!(student.next(&gaze, &mut scratch), Next::Move(_)), "nobody looks in between");
+    }
+
+    #[test]
+    fn a_free_student_looks_as_often_as_it_may_and_must() {
+        let looks = |min_looks, values: [f64; 5], attended| {
+            let student = student(Rule::Adaptive { min_looks, max_looks: 2 });
+            let mut scratch = student.scratch();
+            scratch.values = values.to_vec();
+            student.preferred_look(attended, &scratch)
+        };
+        let (nobody, one) = (IndexSet::EMPTY, IndexSet::EMPTY.with(1));
+        let curious = [-9.0, -9.0, 1.0, 3.0, 2.0];
+        assert_eq!(looks(0, curious, nobody), Some((1, 3.0)));
+        assert_eq!(looks(0, curious, one), Some((2, 2.0)));
+        assert_eq!(looks(0, curious, one.with(2)), None);
+        let sure = [-9.0, 5.0, 1.0, 3.0, 2.0];
+        assert_eq!(looks(0, sure, nobody), None);
+        assert_eq!(looks(1, sure, nobody), Some((1, 3.0)));
+        assert_eq!(looks(1, sure, one), None);
+    }
+
+    #[test]
+    fn caution_lowers_moves_by_disagreement_and_leaves_looks_alone() {
+        let network = |caution| NetworkConfig { ensemble: 3, caution, ..NetworkConfig::default() };
+        let values = |caution| {
+            let config = CounterfactualConfig { network: network(caution), ..Default::default() };
+            let shape = shape(Rule::Adaptive { min_looks: 0, max_looks: 3 });
+            let student = Student::new(&config, &shape, &Streams::new(1)).unwrap();
+            let mut scratch = student.scratch();
+            student.evaluate(&[0.3; 7], &mut scratch);
+            scratch.values
+        };
+        let (plain, careful) = (values(0.0), values(1.0));
+        assert!(careful[0] < plain[0] && careful[1] < plain[1]);
+        assert_eq!(plain[2..], careful[2..]);
+    }
+
+    #[test]
+    fn only_its_own_settings_thaw_a_student() {
+        let rule = Rule::Adaptive { min_looks: 0, max_looks: 3 };
+        let (config, bytes) = (CounterfactualConfig::default(), student(rule).freeze());
+        let thawed = Student::thaw(&config, &shape(rule), &bytes).unwrap();
+        assert_eq!(thawed.freeze(), bytes);
+        let other = CounterfactualConfig { gamma: 0.5, ..config.clone() };
+        assert!(Student::thaw(&other, &shape(rule), &bytes).is_err());
+        assert!(
+            Student::thaw(&config, &shape(Rule::Adaptive { min_looks: 0, max_looks: 2 }), &bytes).is_err()
+        );
+        assert!(Student::thaw(&config, &shape(rule), &bytes[..40]).is_err());
+    }
+}

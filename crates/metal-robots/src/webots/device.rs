@@ -242,7 +242,7 @@ mod tests {
             (Kind::Camera, Settings::Camera(camera)),
             (Kind::Emitter, Settings::Radio(radio(Some([1e4, 1.0, -1.0])))),
             (Kind::Receiver, Settings::Radio(radio(None))),
-            (Kind::Motor, Settings::Motor(Motor { kind: 0, numbers: [6.28; 11], coupled: vec![3] })),
+            (Kind::Motor, Settings::Motor(Motor { kind: 0, numbers: [0.5; 11], coupled: vec![3] })),
             (Kind::PositionSensor, Settings::Position(0)),
         ]
     }

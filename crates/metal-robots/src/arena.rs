@@ -9,6 +9,7 @@ use metal_rl::random::Streams;
 use metal_worlds::highway::camera::{COLUMNS, Camera, Obstacle, ROWS, Scene, Window};
 use metal_worlds::highway::infrared::Infrared;
 use metal_worlds::highway::kinematics::{ACTION_SECS, AXLE_M, Twist, advance};
+use metal_worlds::highway::scenario::Start;
 use metal_worlds::highway::traffic::{car_twist, scripted_action};
 use metal_worlds::highway::{Ground, Material, Pose, RgbConfig, Scenario, collision, rgb};
 use std::sync::Arc;
@@ -83,11 +84,17 @@ impl Arena {
 
     /// Puts everybody where the scenario begins. The clock goes on.
     pub fn restart(&mut self) {
-        let start = self.config.scenario.start(self.ground().road(), &self.streams);
+        let start = self.start();
         self.bodies = vec![start.learner];
         self.bodies.extend_from_slice(&start.cars[..start.car_count]);
         self.car_twists = vec![Twist::default(); start.car_count];
         self.wheels = Wheels::STILL;
+    }
+
+    /// Where the scenario begins.
+    #[must_use]
+    pub fn start(&self) -> Start {
+        self.config.scenario.start(self.ground().road(), &self.streams)
     }
 
     /// The ground.

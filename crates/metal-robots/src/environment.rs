@@ -111,6 +111,12 @@ impl RobotEnvironment {
         &self.guard
     }
 
+    /// The whole picture of this motor step, if one was taken.
+    #[must_use]
+    pub fn seen(&self) -> Option<&Picture> {
+        self.whole.as_ref()
+    }
+
     /// Mean bytes and milliseconds of one look at each sensor that was looked at, in the order of the contract.
     #[must_use]
     pub fn look_costs(&self) -> Vec<(String, f64, f64)> {

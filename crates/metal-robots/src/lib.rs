@@ -9,6 +9,7 @@ pub mod bodies;
 pub mod body;
 pub mod bytes;
 pub mod calibration;
+pub mod doctor;
 pub mod environment;
 pub mod epuck;
 pub mod error;
@@ -17,6 +18,7 @@ pub mod link;
 pub mod picture;
 pub mod serve;
 pub mod webots;
+pub mod world;
 
 pub use address::Address;
 pub use body::{Body, Wheels};

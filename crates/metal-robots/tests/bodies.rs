@@ -1,4 +1,5 @@
 //! Every driver against its server: the same eyes, the same wheels, and nothing asked that nobody attends to.
+#![allow(clippy::unwrap_used)]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! The guard: one test for each way in which the wheels must come to a stand.
+#![allow(clippy::unwrap_used)]
 
 use metal_robots::body::{About, INFRARED, InfraredScale};
 use metal_robots::link::Meter;

@@ -34,8 +34,11 @@ pub const CAR: &str = "RED";
 const MOST_CARS: usize = 8;
 /// How often a world that still loads is asked again.
 const LOADING: usize = 60;
-/// Devices of the wheels, left and right.
-const MOTORS: [&str; 2] = ["left wheel motor", "right wheel motor"];
+/// Device of the left wheel.
+pub const LEFT_MOTOR: &str = "left wheel motor";
+/// Device of the right wheel.
+pub const RIGHT_MOTOR: &str = "right wheel motor";
+const MOTORS: [&str; 2] = [LEFT_MOTOR, RIGHT_MOTOR];
 
 /// A node that can be found and moved.
 #[derive(Clone, Debug)]

@@ -385,10 +385,10 @@ fn robot(arena: &Arena) -> Robot {
     }
 }
 
-/// Project, world, model, window, remote control, controller, custom data. `<none>` keeps libController from looking for
-/// a window's library.
+/// Project, world, model, window, remote control, controller, custom data. `<none>` and an
+/// empty text keep libController from looking for libraries of a window and of a remote control.
 fn texts() -> [String; 7] {
-    ["", "metal-highway.wbt", "GCtronic e-puck", "<none>", "<none>", "<extern>", ""].map(str::to_owned)
+    ["", "metal-highway.wbt", "GCtronic e-puck", "<none>", "", "<extern>", ""].map(str::to_owned)
 }
 
 fn camera() -> device::Camera {

@@ -1,6 +1,6 @@
 //! Our own servers, each in a thread, on ports that are free.
 
-#![allow(dead_code)]
+#![allow(dead_code, clippy::unwrap_used)]
 
 use metal_robots::Emergency;
 use metal_robots::arena::{Arena, ArenaConfig, Traffic};

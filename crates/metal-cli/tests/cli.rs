@@ -76,6 +76,7 @@ fn help_texts_teach() {
         "calibrate",
         "drive",
         "world",
+        "replay",
     ];
     expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
     for command in commands {

@@ -53,6 +53,7 @@ pub struct RobotEnvironment {
     crops: bool,
     looked: [bool; 7],
     look_costs: [Cost; 7],
+    survey: [Cost; 7],
     spent: Cost,
 }
 
@@ -101,8 +102,26 @@ impl RobotEnvironment {
             crops,
             looked: [false; 7],
             look_costs: [Cost::default(); 7],
+            survey: [Cost::default(); 7],
             spent: Cost::default(),
         })
+        .and_then(Self::surveyed)
+    }
+
+    /// Looks at everything once, so that it is known what not looking saves.
+    fn surveyed(mut self) -> Result<Self, BodyError> {
+        let (mut colours, mut ring) = ([0.0; 4], [0.0; INFRARED]);
+        (0..RING).try_for_each(|region| self.look(region, &mut colours))?;
+        self.look(RING, &mut ring)?;
+        self.survey = std::mem::take(&mut self.look_costs);
+        self.forget();
+        Ok(self)
+    }
+
+    /// Mean bytes and milliseconds of a look, by what was learned since, or else in the survey.
+    fn price(&self, sensor: usize) -> (f64, f64) {
+        let learned = &self.look_costs[sensor];
+        if learned.times > 0.0 { learned.mean() } else { self.survey[sensor].mean() }
     }
 
     /// The guard, to stop the body or ask it something.
@@ -165,13 +184,14 @@ impl RobotEnvironment {
         let mut saved = (0.0, 0.0);
         let mut add = |(bytes, ms): (f64, f64)| saved = (saved.0 + bytes, saved.1 + ms);
         if !self.looked[RING] {
-            add(self.look_costs[RING].mean());
+            add(self.price(RING));
         }
         if self.crops {
-            (0..RING).filter(|&i| !self.looked[i]).for_each(|i| add(self.look_costs[i].mean()));
+            (0..RING).filter(|&i| !self.looked[i]).for_each(|i| add(self.price(i)));
         } else if !self.looked[..RING].contains(&true) {
-            let known = self.look_costs[..RING].iter().find(|c| c.times > 0.0);
-            add(known.map_or((0.0, 0.0), Cost::mean));
+            // Whichever region is looked at first pays for the picture; in the survey that was region 0.
+            let known = (0..RING).find(|&i| self.look_costs[i].times > 0.0);
+            add(self.price(known.unwrap_or(0)));
         }
         saved
     }

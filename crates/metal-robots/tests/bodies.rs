@@ -90,7 +90,11 @@ fn what_nobody_attends_to_is_not_asked_for_and_the_record_says_so() {
         world.reset(3).unwrap();
         let mut shares = [0.0; 4];
         let mut ring = [0.0; 8];
-        // All sensors once, so that the price of every look is known; then the ring only, then nothing.
+        world.step(2).unwrap();
+        let from = world.measures().len() - 2;
+        assert!(world.measures()[from] > 4000.0, "{name}: a survey told what not looking saves");
+        world.reset(3).unwrap();
+        // All sensors; then the ring only, then nothing.
         (0..6).for_each(|i| world.sense(i, &mut shares).unwrap());
         world.sense(6, &mut ring).unwrap();
         let steps: Vec<[f64; 4]> = [true, true, false]

@@ -63,8 +63,10 @@ def main():
     spread = math.sqrt(sum((e[0] - mean[0]) ** 2 + (e[1] - mean[1]) ** 2 for e in ends) / SEEDS)
     off = math.hypot(mean[0] - mine[0], mean[1] - mine[1])
     print(f"  path of {1000 * length:.0f} mm: ends {1000 * off:.1f} mm from Enki's mean, whose spread is {1000 * spread:.1f} mm")
+    # Wide on purpose, against gross mistakes: Enki's axle is 51.4 mm, ours 52 mm, which alone moves the end by some
+    # 8 mm; about 5 mm more are unexplained (docs/guide/robots.md).
     if off > 0.03 * length + 3 * spread / math.sqrt(SEEDS):
-        fail("the paths differ by more than Enki's motor noise and 3 % of the way (its axle is 51.4 mm, ours 52 mm)")
+        fail("the paths differ by more than 3 % of the way and three standard errors")
 
     world, robot = fresh(1)
     disc(world, ours["disc_x_m"])

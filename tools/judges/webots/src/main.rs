@@ -1,6 +1,7 @@
 //! The real libController of Webots R2023b drives 200 steps in our server, with motors, camera, eight infra-red sensors,
-//! wheel encoders and supervisor calls. After every step it must have seen exactly what the world shows, and our own
-//! client, doing the same in a second world, must have seen the same as well.
+//! wheel encoders and supervisor calls. After every step it must have seen exactly what the world shows, and a client of
+//! our own protocol modules, doing the same in a second world, must have seen the same pictures and readings as well.
+//! Poses of the second world are looked up, not read over the wire; `crates/metal-robots/tests/bodies.rs` reads them.
 
 use metal_robots::arena::{Arena, ArenaConfig, Traffic};
 use metal_robots::bytes::Writer;

@@ -1,5 +1,6 @@
 //! What can be typed.
 
+use crate::robots;
 use clap::{Args, Parser, Subcommand};
 use metal_lab::store::MOST_SEEDS;
 use std::path::PathBuf;
@@ -31,6 +32,20 @@ pub enum Command {
     /// Largest probability of aliasing in the decision space (Sec. 6.1, Eqs 22-26, Table 3)
     #[command(after_help = ALIASING)]
     Aliasing(Aliasing),
+    /// Play a robot or Webots from our own simulator, for other people's programs
+    #[command(after_help = robots::SERVE)]
+    Serve(robots::Serve),
+    /// Check a robot: link, firmware, sensors, camera. The wheels do not turn
+    Doctor(robots::Robot),
+    /// Learn a robot's colours and infra-red levels from a few frames, and write them to a file
+    Calibrate(robots::Calibrate),
+    /// Write the highway as a world for Webots: road texture, cars, world file
+    World(robots::Write),
+    /// Let a trained mind drive a robot
+    #[command(after_help = robots::DRIVE)]
+    Drive(robots::Drive),
+    /// Show what is on a recording
+    Replay(robots::Replayed),
     /// List environments, learners, drivers, fusers and experiments, as an experiment file names them
     List,
     /// Print shell completions

@@ -2,7 +2,7 @@
 
 use crate::args::{Aliasing, Arguments, Command, Eval, Reproduce, Run, Training};
 use crate::bar::{Bar, INTERRUPTED};
-use crate::table;
+use crate::{robots, table};
 use anyhow::{Context, bail};
 use clap::CommandFactory;
 use metal_lab::plan::{self, Plan};
@@ -25,6 +25,12 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
         }
         Command::Eval(eval) => evaluate(&eval),
         Command::Aliasing(aliasing) => bound(&aliasing),
+        Command::Serve(request) => robots::serve(&request),
+        Command::Doctor(request) => robots::examine(&request),
+        Command::Calibrate(request) => robots::calibrate(&request),
+        Command::World(request) => robots::write_world(&request),
+        Command::Replay(request) => robots::replay(&request),
+        Command::Drive(request) => robots::go(&request),
         Command::List => say(&catalogue::text()),
         Command::Completions { shell } => {
             let mut script = Vec::new();
@@ -36,7 +42,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
 }
 
 /// Prints to standard output; whoever reads it may have heard enough (`metal list | head`).
-fn say(text: &str) -> anyhow::Result<()> {
+pub fn say(text: &str) -> anyhow::Result<()> {
     match std::io::stdout().lock().write_all(text.as_bytes()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(e).context("cannot print"),
         _ => Ok(()),

@@ -5,6 +5,7 @@
 mod args;
 mod bar;
 mod commands;
+mod robots;
 mod table;
 
 use clap::Parser;

@@ -63,7 +63,21 @@ fn run_folder() -> &'static str {
 
 #[test]
 fn help_texts_teach() {
-    let commands = ["reproduce", "run", "eval", "aliasing", "list", "completions", "train-traffic"];
+    let commands = [
+        "reproduce",
+        "run",
+        "eval",
+        "aliasing",
+        "list",
+        "completions",
+        "train-traffic",
+        "serve",
+        "doctor",
+        "calibrate",
+        "drive",
+        "world",
+        "replay",
+    ];
     expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
     for command in commands {
         expect_file![format!("golden/help-{command}.txt")].assert_eq(&output(&[command, "--help"]));

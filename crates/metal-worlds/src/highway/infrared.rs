@@ -16,7 +16,7 @@ pub const LOW: f64 = 67.0;
 pub const HIGH: f64 = 4095.0;
 
 /// x ahead and y left in metres, azimuth in degrees (left positive), of ps0 … ps7 (robots.md, 1.1).
-const MOUNTS: [[f64; 3]; SENSORS] = [
+pub const MOUNTS: [[f64; 3]; SENSORS] = [
     [0.030, -0.010, -17.23],
     [0.022, -0.025, -45.88],
     [0.000, -0.031, -90.00],
@@ -27,13 +27,13 @@ const MOUNTS: [[f64; 3]; SENSORS] = [
     [0.030, 0.010, 17.14],
 ];
 /// Elevation of all rays, in degrees.
-const ELEVATION_DEG: f64 = 9.17;
+pub const ELEVATION_DEG: f64 = 9.17;
 /// A red body (redness 0.85, roughness 0.5) answers as a white one this many times farther off would:
 /// 0.8 · 0.85 · (1 − 0.5 · 0.5) + 0.2.
 const RED_FACTOR: f64 = 0.71;
 
 /// Distance in metres, reading, relative noise.
-const TABLE: [[f64; 3]; 10] = [
+pub const TABLE: [[f64; 3]; 10] = [
     [0.0, 4095.0, 0.002],
     [0.005, 2133.33, 0.003],
     [0.01, 1465.73, 0.007],

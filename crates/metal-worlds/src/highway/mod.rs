@@ -399,7 +399,8 @@ fn obstacle(body: &Pose, material: Material) -> Obstacle {
 }
 
 /// The contract of the highway. Sec. 4.2.
-fn contract(config: &HighwayConfig) -> EnvironmentSpec {
+#[must_use]
+pub fn contract(config: &HighwayConfig) -> EnvironmentSpec {
     let feature = |name: &str, low: f64, high: f64| Feature { name: name.to_owned(), low, high };
     let colours = ["black", "white", "red", "green"];
     let mut sensors: Vec<SensorSpec> = Region::ALL

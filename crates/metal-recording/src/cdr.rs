@@ -1,0 +1,166 @@
+//! The few ROS 2 messages that a recording consists of, in CDR (little-endian): arrays of numbers, and pictures.
+
+use metal_robots::Picture;
+use metal_robots::bytes::Reader;
+use metal_robots::error::ProtocolError;
+
+/// Name of the message of floating-point numbers.
+pub const FLOATS: &str = "std_msgs/msg/Float64MultiArray";
+/// Name of the message of bytes.
+pub const BYTES: &str = "std_msgs/msg/UInt8MultiArray";
+/// Name of the message of pictures.
+pub const IMAGE: &str = "sensor_msgs/msg/Image";
+
+const LINE: &str = "================================================================================\n";
+const LAYOUT: &str = "MSG: std_msgs/MultiArrayLayout\nMultiArrayDimension[] dim\nuint32 data_offset\n";
+const DIMENSION: &str = "MSG: std_msgs/MultiArrayDimension\nstring label\nuint32 size\nuint32 stride\n";
+const HEADER: &str = "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
+const TIME: &str = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
+const PICTURE: &str = "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data\n";
+
+/// The definition of a message, with those of its parts.
+#[must_use]
+pub fn definition(name: &str) -> String {
+    match name {
+        IMAGE => format!("{PICTURE}{LINE}{HEADER}{LINE}{TIME}"),
+        BYTES => format!("MultiArrayLayout layout\nuint8[] data\n{LINE}{LAYOUT}{LINE}{DIMENSION}"),
+        _ => format!("MultiArrayLayout layout\nfloat64[] data\n{LINE}{LAYOUT}{LINE}{DIMENSION}"),
+    }
+}
+
+/// Low byte first, no options.
+const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+
+/// Bytes in CDR: every number at a multiple of its own size, counted behind the encapsulation.
+struct Cdr(Vec<u8>);
+
+impl Cdr {
+    fn new() -> Self {
+        Self(ENCAPSULATION.to_vec())
+    }
+
+    fn align(&mut self, size: usize) {
+        while !(self.0.len() - ENCAPSULATION.len()).is_multiple_of(size) {
+            self.0.push(0);
+        }
+    }
+
+    fn u32(&mut self, value: u32) {
+        self.align(4);
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn text(&mut self, text: &str) {
+        self.u32(text.len() as u32 + 1);
+        self.0.extend(text.bytes().chain([0]));
+    }
+}
+
+/// A message of numbers.
+#[must_use]
+pub fn floats(values: &[f64]) -> Vec<u8> {
+    let mut cdr = Cdr::new();
+    // No dimensions, no offset.
+    cdr.u32(0);
+    cdr.u32(0);
+    cdr.u32(values.len() as u32);
+    if !values.is_empty() {
+        cdr.align(8);
+    }
+    values.iter().for_each(|v| cdr.0.extend(v.to_le_bytes()));
+    cdr.0
+}
+
+/// A message of bytes.
+#[must_use]
+pub fn bytes(values: &[u8]) -> Vec<u8> {
+    let mut cdr = Cdr::new();
+    cdr.u32(0);
+    cdr.u32(0);
+    cdr.u32(values.len() as u32);
+    cdr.0.extend(values);
+    cdr.0
+}
+
+/// A picture taken at `time_ns`.
+#[must_use]
+pub fn image(picture: &Picture, time_ns: u64) -> Vec<u8> {
+    let mut cdr = Cdr::new();
+    cdr.u32((time_ns / 1_000_000_000) as u32);
+    cdr.u32((time_ns % 1_000_000_000) as u32);
+    cdr.text("camera");
+    cdr.u32(picture.rows() as u32);
+    cdr.u32(picture.columns as u32);
+    cdr.text("rgb8");
+    cdr.0.push(0);
+    cdr.u32(3 * picture.columns as u32);
+    cdr.u32(3 * picture.pixels.len() as u32);
+    cdr.0.extend(picture.pixels.as_flattened());
+    cdr.0
+}
+
+/// The numbers in a message that [`floats`] wrote.
+///
+/// # Errors
+/// If it is no such message.
+pub fn read_floats(message: &[u8]) -> Result<Vec<f64>, ProtocolError> {
+    let mut r = Reader::new(message);
+    let count = start(&mut r)?;
+    // The encapsulation has 4 bytes, the three counters 12: already a multiple of 8 behind 4 more.
+    if count > 0 {
+        r.take(4)?;
+    }
+    if count > r.remaining() / 8 {
+        return Err(ProtocolError::Truncated { wanted: 8 * count, left: r.remaining() });
+    }
+    (0..count).map(|_| r.f64()).collect()
+}
+
+/// The bytes in a message that [`bytes`] wrote.
+///
+/// # Errors
+/// If it is no such message.
+pub fn read_bytes(message: &[u8]) -> Result<Vec<u8>, ProtocolError> {
+    let mut r = Reader::new(message);
+    let count = start(&mut r)?;
+    Ok(r.take(count)?.to_vec())
+}
+
+fn start(r: &mut Reader) -> Result<usize, ProtocolError> {
+    if r.take(4)? != ENCAPSULATION {
+        return Err(ProtocolError::Unexpected("a message that is not little-endian CDR".to_owned()));
+    }
+    if (r.u32()?, r.u32()?) != (0, 0) {
+        return Err(ProtocolError::Unexpected("an array with dimensions".to_owned()));
+    }
+    Ok(r.u32()? as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn numbers_stand_at_multiples_of_eight() {
+        let message = floats(&[1.0]);
+        let golden =
+            [0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xF0, 0x3F];
+        assert_eq!(message, golden);
+        let picture = Picture { columns: 1, pixels: vec![[7, 8, 9]] };
+        let message = image(&picture, 1_500_000_000);
+        assert_eq!(message[4..12], [1, 0, 0, 0, 0, 0x65, 0xCD, 0x1D]);
+        assert_eq!(message[message.len() - 7..], [3, 0, 0, 0, 7, 8, 9]);
+    }
+
+    proptest! {
+        #[test]
+        fn arrays_survive(values in proptest::collection::vec(any::<f64>(), 0..9), raw: Vec<u8>) {
+            let again = read_floats(&floats(&values)).unwrap();
+            prop_assert!(again.iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits()));
+            prop_assert_eq!(again.len(), values.len());
+            prop_assert_eq!(read_bytes(&bytes(&raw)).unwrap(), raw.clone());
+            let _ = (read_floats(&raw), read_bytes(&raw));
+        }
+    }
+}

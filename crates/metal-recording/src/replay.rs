@@ -1,0 +1,192 @@
+//! A recording as an environment.
+
+use crate::cdr::{read_bytes, read_floats};
+use crate::recorder::topic;
+use crate::tape::{SPEC, TapeError};
+use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use std::path::Path;
+
+/// One motor step on the tape.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recorded {
+    /// Readings of the sensors that were attended to, by sensor.
+    pub readings: Vec<Option<Vec<f64>>>,
+    /// Sensors in the order of looking.
+    pub attended: Vec<u8>,
+    /// Measures of the step.
+    pub measures: Vec<f64>,
+    /// Motor action, and what it led to.
+    pub moved: Option<(usize, Outcome)>,
+}
+
+/// A recording as an environment: whatever is asked is answered from the tape.
+///
+/// It goes on only with the action that was taken then, which is also its expert's advice: members learn from it as from
+/// a demonstration. A sensor that nobody attended to then cannot be read now.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    spec: EnvironmentSpec,
+    episodes: Vec<Vec<Recorded>>,
+    next: usize,
+    episode: usize,
+    step: usize,
+}
+
+impl Replay {
+    /// Reads a recording.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is no recording of METAL.
+    pub fn open(path: &Path) -> Result<Self, TapeError> {
+        Self::of(&std::fs::read(path)?)
+    }
+
+    /// The recording in `bytes`.
+    ///
+    /// # Errors
+    /// If they are no recording of METAL.
+    pub fn of(bytes: &[u8]) -> Result<Self, TapeError> {
+        let spec = contract(bytes)?;
+        let mut episodes = read_episodes(bytes, &spec)?;
+        episodes.retain(|steps| !steps.is_empty());
+        if episodes.is_empty() {
+            return Err(TapeError::Foreign("it holds no motor step".to_owned()));
+        }
+        Ok(Self { spec, episodes, next: 0, episode: 0, step: 0 })
+    }
+
+    /// Motor steps of each episode.
+    #[must_use]
+    pub fn episodes(&self) -> &[Vec<Recorded>] {
+        &self.episodes
+    }
+
+    fn now(&self) -> Option<&Recorded> {
+        self.episodes[self.episode].get(self.step)
+    }
+
+    fn refuse(&self, action: &str, reason: String) -> EnvironmentError {
+        EnvironmentError::Motor { environment: self.spec.id.clone(), action: action.to_owned(), reason }
+    }
+}
+
+fn contract(bytes: &[u8]) -> Result<EnvironmentSpec, TapeError> {
+    for record in mcap::read::LinearReader::new(bytes)? {
+        if let mcap::records::Record::Metadata(metadata) = record?
+            && metadata.name == SPEC
+        {
+            let json = metadata.metadata.get("json").map_or("", String::as_str);
+            return Ok(serde_json::from_str(json)?);
+        }
+    }
+    Err(TapeError::Foreign(format!("the record `{SPEC}` is missing")))
+}
+
+fn read_episodes(bytes: &[u8], spec: &EnvironmentSpec) -> Result<Vec<Vec<Recorded>>, TapeError> {
+    let topics: Vec<String> = spec.sensors.iter().map(|s| topic(&s.name)).collect();
+    let blank = || Recorded { readings: vec![None; topics.len()], ..Recorded::default() };
+    let (mut episodes, mut step): (Vec<Vec<Recorded>>, Recorded) = (Vec::new(), blank());
+    for message in mcap::MessageStream::new(bytes)? {
+        let message = message?;
+        match message.channel.topic.as_str() {
+            "/episode" => {
+                episodes.push(Vec::new());
+                step = blank();
+            }
+            "/attention" => step.attended = read_bytes(&message.data)?,
+            "/measures" => step.measures = read_floats(&message.data)?,
+            "/step" => {
+                step.moved = Some(moved(&read_floats(&message.data)?, spec)?);
+                let missing = || TapeError::Foreign("a step before the first episode".to_owned());
+                episodes.last_mut().ok_or_else(missing)?.push(std::mem::replace(&mut step, blank()));
+            }
+            name => {
+                if let Some(sensor) = topics.iter().position(|t| t == name) {
+                    step.readings[sensor] =
+                        Some(reading(&message.data, spec.sensors[sensor].features.len())?);
+                }
+            }
+        }
+    }
+    Ok(episodes)
+}
+
+fn reading(data: &[u8], features: usize) -> Result<Vec<f64>, TapeError> {
+    let values = read_floats(data)?;
+    if values.len() == features && values.iter().all(|v| v.is_finite()) {
+        return Ok(values);
+    }
+    Err(TapeError::Foreign(format!("a reading {values:?} of a sensor with {features} features")))
+}
+
+fn moved(values: &[f64], spec: &EnvironmentSpec) -> Result<(usize, Outcome), TapeError> {
+    let foreign = || TapeError::Foreign(format!("the step {values:?}"));
+    let [action, motor_reward, end] = values else { return Err(foreign()) };
+    let known = *action >= 0.0 && (*action as usize) < spec.actions.len() && motor_reward.is_finite();
+    let end = match *end as i64 {
+        0 => End::Running,
+        1 => End::Terminal,
+        2 => End::TimeLimit,
+        _ => return Err(foreign()),
+    };
+    if known { Ok((*action as usize, Outcome { motor_reward: *motor_reward, end })) } else { Err(foreign()) }
+}
+
+impl Environment for Replay {
+    fn spec(&self) -> &EnvironmentSpec {
+        &self.spec
+    }
+
+    /// Begins the next recorded episode, the first one after the last; the seed changes nothing.
+    fn reset(&mut self, _seed: u64) -> Result<(), EnvironmentError> {
+        (self.episode, self.step) = (self.next, 0);
+        self.next = (self.next + 1) % self.episodes.len();
+        Ok(())
+    }
+
+    fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
+        // Behind the last step there is nothing on the tape; what was last seen is the best that is known.
+        let last = self.episodes[self.episode].len() - 1;
+        let recorded = &self.episodes[self.episode][self.step.min(last)];
+        match &recorded.readings[sensor] {
+            Some(values) => {
+                out.copy_from_slice(values);
+                Ok(())
+            }
+            None => Err(EnvironmentError::Sensor {
+                environment: self.spec.id.clone(),
+                sensor: self.spec.sensors[sensor].name.clone(),
+                reason: format!("nobody attended to it in step {} of the recording", self.step),
+            }),
+        }
+    }
+
+    fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError> {
+        let name = self.spec.actions.get(action).cloned().unwrap_or_default();
+        let Some((taken, mut outcome)) = self.now().and_then(|r| r.moved) else {
+            return Err(self.refuse(&name, "the recorded episode is over".to_owned()));
+        };
+        if action != taken {
+            let then = &self.spec.actions[taken];
+            return Err(self.refuse(&name, format!("the recording went on with `{then}`")));
+        }
+        self.step += 1;
+        if self.step == self.episodes[self.episode].len() && outcome.end == End::Running {
+            outcome.end = End::TimeLimit;
+        }
+        Ok(outcome)
+    }
+
+    fn measures(&self) -> &[f64] {
+        let before = self.step.saturating_sub(1);
+        &self.episodes[self.episode][before].measures
+    }
+
+    fn advise(&mut self) -> Option<usize> {
+        self.now().and_then(|r| r.moved).map(|(action, _)| action)
+    }
+
+    fn fork(&self) -> Option<Box<dyn Environment>> {
+        Some(Box::new(self.clone()))
+    }
+}

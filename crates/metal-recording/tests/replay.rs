@@ -1,0 +1,122 @@
+//! A run that was recorded, replayed; and a mind that learns from the recording what it would have learned live.
+#![allow(clippy::unwrap_used)]
+
+use metal_recording::{Beliefs, Recorder, Replay, Tape, TapeError};
+use metal_rl::environment::{End, Environment, Outcome};
+use metal_robots::bodies::Webots;
+use metal_robots::{Calibration, Emergency, Guard, Limits, RobotConfig, RobotEnvironment};
+use metal_worlds::highway::{Highway, HighwayConfig, RoadSet, Scenario, Steering};
+use std::path::PathBuf;
+
+fn highway() -> Highway {
+    let config = HighwayConfig { horizon: 5, ..HighwayConfig::new(RoadSet::Seeds(vec![1]), Scenario::Mix) };
+    Highway::new(config, Steering::Scripted)
+}
+
+fn file(name: &str) -> PathBuf {
+    std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// Readings and outcomes of two episodes in which the expert drives and everything is looked at.
+fn demonstrate(world: &mut dyn Environment) -> Vec<(Vec<f64>, usize, Outcome)> {
+    let mut seen = Vec::new();
+    for seed in [3, 4] {
+        world.reset(seed).unwrap();
+        loop {
+            let mut readings = Vec::new();
+            for sensor in 0..world.spec().sensors.len() {
+                let mut out = vec![0.0; world.spec().sensors[sensor].features.len()];
+                world.sense(sensor, &mut out).unwrap();
+                readings.extend(out);
+            }
+            let action = world.advise().unwrap();
+            let outcome = world.step(action).unwrap();
+            readings.extend_from_slice(world.measures());
+            seen.push((readings, action, outcome));
+            if outcome.end != End::Running {
+                break;
+            }
+        }
+    }
+    seen
+}
+
+#[test]
+fn a_replay_is_the_recorded_run_to_the_bit() {
+    let path = file("highway.mcap");
+    let world = highway();
+    let tape = Tape::create(&path, world.spec()).unwrap();
+    let mut recorder = Recorder::new(world, tape.clone());
+    let live = demonstrate(&mut recorder);
+    tape.finish().unwrap();
+    let mut replay = Replay::open(&path).unwrap();
+    assert_eq!(replay.spec(), highway().spec());
+    assert_eq!(replay.episodes().iter().map(Vec::len).collect::<Vec<_>>(), [5, 5]);
+    assert_eq!(replay.episodes()[0][0].attended, [0, 1, 2, 3, 4, 5, 6]);
+    assert_eq!(demonstrate(&mut replay), live);
+    // From the beginning again, as training over several epochs does.
+    assert_eq!(demonstrate(&mut replay), live);
+}
+
+#[test]
+fn what_was_not_recorded_is_not_made_up() {
+    let path = file("glance.mcap");
+    let world = highway();
+    let tape = Tape::create(&path, world.spec()).unwrap();
+    let mut recorder = Recorder::new(world, tape.clone());
+    recorder.reset(1).unwrap();
+    recorder.sense(6, &mut [0.0; 8]).unwrap();
+    recorder.step(2).unwrap();
+    tape.finish().unwrap();
+    let mut replay = Replay::open(&path).unwrap();
+    replay.reset(0).unwrap();
+    assert!(replay.sense(0, &mut [0.0; 4]).unwrap_err().to_string().contains("nobody attended"));
+    assert!(replay.step(0).unwrap_err().to_string().contains("Slow Down"));
+    assert_eq!(replay.step(2).unwrap().end, End::TimeLimit);
+    assert!(replay.step(2).unwrap_err().to_string().contains("is over"));
+}
+
+#[test]
+fn a_foreign_file_is_refused() {
+    assert!(Replay::of(b"hello").is_err());
+    let path = file("empty.mcap");
+    Tape::create(&path, highway().spec()).unwrap().finish().unwrap();
+    assert!(matches!(Replay::open(&path), Err(TapeError::Foreign(_))));
+}
+
+#[test]
+fn beliefs_and_a_robots_run_are_recorded_too() {
+    use metal_robots::arena::{Arena, ArenaConfig, Traffic};
+    let grounds = RoadSet::Seeds(vec![1]).build();
+    let (scenario, rgb) = (Scenario::Mix, metal_worlds::highway::RgbConfig::default());
+    let config = ArenaConfig { grounds: grounds.clone(), scenario, traffic: Traffic::Standing, rgb, seed: 1 };
+    let arena = std::sync::Arc::new(std::sync::Mutex::new(Arena::new(config)));
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let end = Emergency::default();
+    let (world, button) = (arena, end.clone());
+    let server = std::thread::spawn(move || metal_robots::serve::webots::serve(&listener, &world, &button));
+    let body = Webots::connect(metal_robots::link::tcp::opener(address), Default::default(), None).unwrap();
+    let calibration = Calibration::of(metal_robots::Body::infrared_scale(&body));
+    let guard = Guard::new(Box::new(body), Limits::default(), Emergency::default()).unwrap();
+    let highway = HighwayConfig { horizon: 3, ..HighwayConfig::new(RoadSet::Seeds(vec![1]), scenario) };
+    let robot =
+        RobotEnvironment::new(guard, RobotConfig { highway, calibration, grounds: Some(grounds) }).unwrap();
+    let path = file("robot.mcap");
+    let tape = Tape::create(&path, robot.spec()).unwrap();
+    let mut recorder = Recorder::new(robot, tape.clone());
+    let live = demonstrate(&mut recorder);
+    let _ = Beliefs(tape.clone());
+    tape.finish().unwrap();
+    drop(recorder);
+    end.press();
+    server.join().unwrap().unwrap();
+    assert_eq!(demonstrate(&mut Replay::open(&path).unwrap()), live);
+    let bytes = std::fs::read(&path).unwrap();
+    let pictures = mcap_topics(&bytes).into_iter().filter(|t| t == "/image_raw").count();
+    assert_eq!(pictures, 6, "a picture that was taken is on the tape, once a step");
+}
+
+fn mcap_topics(bytes: &[u8]) -> Vec<String> {
+    mcap::MessageStream::new(bytes).unwrap().map(|m| m.unwrap().channel.topic.clone()).collect()
+}

@@ -9,6 +9,7 @@ pub mod traffic;
 pub mod catalogue;
 pub mod experiments;
 
+pub mod demonstrations;
 pub mod drives;
 pub mod evaluate;
 pub mod finish;
@@ -17,6 +18,7 @@ pub mod reevaluate;
 pub mod reproduce;
 pub mod trace;
 pub mod train;
+pub mod watched;
 
 pub mod figures;
 pub mod paper;

@@ -1,15 +1,19 @@
 //! Training one seed: the plan's tree of phases, each from the minds its parent left behind.
 
+use crate::demonstrations::{DemonstrationError, Demonstrations, Recording};
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
 use crate::progress::Progress;
 use crate::trace::{Trace, Watcher};
-use metal_rl::environment::EnvironmentError;
+use crate::watched::{Ear, Heard, Overheard, Wheel};
+use metal_rl::environment::{Environment, EnvironmentError};
 use metal_rl::learner::LearnerError;
 use metal_rl::member::Member;
-use metal_rl::policy::Policy;
+use metal_rl::observe::Observer;
+use metal_rl::phase::Phase;
 use metal_rl::random::Streams;
 use metal_rl::run::{Stage, run};
+use metal_rl::view::Scaling;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
@@ -36,6 +40,9 @@ pub enum RunError {
     /// A derived plan (of a fixed subset) is impossible.
     #[error(transparent)]
     Plan(#[from] crate::plan::PlanError),
+    /// A set of demonstrations cannot be used.
+    #[error(transparent)]
+    Demonstrations(#[from] DemonstrationError),
     /// The user interrupted.
     #[error("interrupted")]
     Interrupted,
@@ -95,27 +102,84 @@ pub fn train_phase(
     streams: &Streams,
     progress: &dyn Progress,
 ) -> Result<Trained, RunError> {
-    let row = &plan.file.phase[name];
-    let phase = plan.phase(name);
-    let mut environment = plan.file.environment.build()?;
-    let streams = streams.child("phase").child(name);
+    let mut environment = classroom(plan, name)?;
     let mut observer = Watcher { trace: Trace::new(&plan.spec), progress };
-    let mut learn = |members: &mut [Member], policy: &mut dyn Policy| {
-        let scaling = plan.file.scaling;
-        let mut stage = Stage { environment: environment.as_mut(), members, policy, scaling };
-        run(&mut stage, &phase, &streams, &mut observer)
-    };
-    if let Acting::Attention(controller) = &row.acting {
-        // Taken out for the phase, so that what it learns stays with this mind.
-        let mut attention = mind.take_attention(plan, controller, phase.roster, &streams)?;
-        learn(&mut mind.members, &mut attention)?;
-        mind.attention.insert(controller.clone(), attention);
-    } else {
-        let mut policy = mind.policy(plan, &row.acting, phase.roster, 0);
-        learn(&mut mind.members, policy.as_mut())?;
-    }
+    let watch =
+        Watch { environment: environment.as_mut(), observer: &mut observer, ear: &mut |_: &Heard<'_>| {} };
+    learn_phase(plan, name, &mut mind, streams, watch)?;
     if progress.interrupted() {
         return Err(RunError::Interrupted);
     }
     Ok(Trained { mind, trace: observer.trace })
+}
+
+/// The world of a phase: the plan's own, or the recording that its demonstrations are.
+///
+/// # Errors
+/// If the world cannot be built or the demonstrations cannot be read.
+pub fn classroom(plan: &Plan, name: &str) -> Result<Box<dyn Environment>, RunError> {
+    match &plan.file.phase[name].acting {
+        Acting::Demonstrations(path) => {
+            Ok(Box::new(Recording::new(Demonstrations::read(path, &plan.spec)?, &plan.spec)))
+        }
+        _ => Ok(plan.file.environment.build()?),
+    }
+}
+
+/// Where a phase is learned, and who watches.
+pub struct Watch<'a> {
+    /// The world, with the plan's contract.
+    pub environment: &'a mut dyn Environment,
+    /// Told of every step.
+    pub observer: &'a mut dyn Observer,
+    /// Told of every choice.
+    pub ear: Ear<'a>,
+}
+
+/// As [`train_phase`], in a world that stands ready and under the eyes and ears of anybody. If the world fails, what
+/// was learned until then stays in `mind`.
+///
+/// # Errors
+/// If the world fails or a learner cannot be built.
+pub fn learn_phase(
+    plan: &Plan,
+    name: &str,
+    mind: &mut Mind,
+    streams: &Streams,
+    watch: Watch<'_>,
+) -> Result<(), RunError> {
+    let row = &plan.file.phase[name];
+    let phase = plan.phase(name);
+    let streams = streams.child("phase").child(name);
+    let lesson = Lesson { phase: &phase, scaling: plan.file.scaling, streams: &streams };
+    if let Acting::Attention(controller) = &row.acting {
+        // Taken out for the phase, so that what it learns stays with this mind.
+        let mut attention = mind.take_attention(plan, controller, phase.roster, &streams)?;
+        let result = learn(&mut mind.members, Wheel::Attention(&mut attention), &lesson, watch);
+        mind.attention.insert(controller.clone(), attention);
+        result?;
+    } else {
+        let mut policy = mind.policy(plan, &row.acting, phase.roster, 0);
+        learn(&mut mind.members, Wheel::Other(policy.as_mut()), &lesson, watch)?;
+    }
+    Ok(())
+}
+
+/// What is to be learned.
+struct Lesson<'a> {
+    phase: &'a Phase,
+    scaling: Scaling,
+    streams: &'a Streams,
+}
+
+fn learn(
+    members: &mut [Member],
+    wheel: Wheel<'_>,
+    lesson: &Lesson<'_>,
+    watch: Watch<'_>,
+) -> Result<(), EnvironmentError> {
+    let Watch { environment, observer, ear } = watch;
+    let mut policy = Overheard::new(wheel, ear);
+    let mut stage = Stage { environment, members, policy: &mut policy, scaling: lesson.scaling };
+    run(&mut stage, lesson.phase, lesson.streams, observer)
 }

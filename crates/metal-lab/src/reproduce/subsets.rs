@@ -61,8 +61,8 @@ pub fn subset_plan(
     file.attention.clear();
     file.policy.clear();
     file.subsets = None;
-    let watched = rows.budget_of.iter().find(|n| file.phase[*n].acting == Acting::Advisor).cloned();
-    let active = rows.budget_of.iter().filter(|n| file.phase[*n].acting != Acting::Advisor);
+    let watched = rows.budget_of.iter().find(|n| file.phase[*n].acting.is_watched()).cloned();
+    let active = rows.budget_of.iter().filter(|n| !file.phase[*n].acting.is_watched());
     let steps: usize = active.map(|n| plan.budget_steps(n)).sum();
     let like = file.phase[&rows.like].clone();
     let mut phases = BTreeMap::new();

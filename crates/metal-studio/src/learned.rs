@@ -2,7 +2,6 @@
 
 use crate::hub::lock;
 use metal_lab::mind::Mind;
-use metal_lab::plan::Plan;
 use metal_lab::trace::EpisodeRecord;
 use metal_rl::member::Member;
 use serde::Serialize;
@@ -90,10 +89,9 @@ pub struct Learned {
 }
 
 impl Learned {
-    /// Nothing yet.
+    /// Nothing yet of the phases in `order`.
     #[must_use]
-    pub fn new(plan: &Plan) -> Self {
-        let order = plan.order.clone();
+    pub fn new(order: Vec<String>) -> Self {
         Self { book: Mutex::new(Book { order, portrait_wanted: true, ..Book::default() }) }
     }
 

@@ -129,7 +129,7 @@ impl Training {
     /// # Errors
     /// If the system gives no thread.
     pub fn start(syllabus: Syllabus) -> std::io::Result<Self> {
-        let (control, learned) = (Arc::new(Control::new()), Arc::new(Learned::new(&syllabus.plan)));
+        let (control, learned) = (Arc::new(Control::new()), Arc::new(Learned::new(shown_first(&syllabus.plan))));
         let (of_thread, book) = (control.clone(), learned.clone());
         let thread = std::thread::Builder::new().name("training".to_owned()).spawn(move || {
             match learn(&syllabus, &of_thread, &book) {

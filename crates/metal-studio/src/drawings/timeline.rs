@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Decisions on the strip.
 pub const SHOWN: usize = 240;
 /// Width of the strip in pixels; the page lays its slider over exactly this.
-const WIDTH: f64 = 960.0;
+const WIDTH: f64 = 640.0;
 const LOOKS: f64 = 42.0;
 const COSTS: f64 = 26.0;
 /// Most looks a bar has room for.
@@ -39,7 +39,7 @@ fn draw_decision(svg: &mut Svg, (frame, lane): (&Arc<Frame>, &LaneFrame), first:
     let x = (frame.n - first) as f64 * pitch;
     let looks = lane.read.len();
     let high = (LOOKS - 12.0) * (looks as f64 / MOST).min(1.0);
-    let bar = |y: f64, height: f64| Area { x: x + 0.4, y, width: pitch - 0.8, height };
+    let bar = |y: f64, height: f64| Area { x: x + 0.2, y, width: pitch - 0.4, height };
     svg.rect(bar(LOOKS - high - 1.5, high + 1.5), Paint::fill(policy::looks_ink(looks)));
     let deep = (COSTS - 4.0) * (-lane.motor / DEAR).clamp(0.0, 1.0).sqrt();
     svg.rect(bar(LOOKS + 1.0, deep), Paint::fill(Ink("fusion")));

@@ -3,7 +3,7 @@ import { ask } from './link.js';
 import { download } from './keep.js';
 
 const $ = id => document.getElementById(id);
-const CHARTS = [['cost', ''], ['looks', ''], ['histogram', 'wide'], ['accidents', ''], ['sizes', ''], ['belief', '']];
+const CHARTS = ['cost', 'histogram', 'looks', 'accidents', 'belief', 'sizes'];
 const REFRESH_MS = 1500;
 let world = null, chosen = '', status = null, busy = false;
 
@@ -17,13 +17,13 @@ export function begin(w) {
   $('phase').add(new Option('the one that learns now', ''));
   for (const phase of world.phases) $('phase').add(new Option(phase.name.replaceAll('_', ' '), phase.name));
   $('phase').onchange = () => { chosen = $('phase').value; refresh(); };
-  for (const [name, wide] of CHARTS) $('charts').append(card(name, wide));
+  $('charts').append(...CHARTS.map(card));
   setInterval(refresh, REFRESH_MS);
 }
 
-function card(name, wide) {
+function card(name) {
   const made = document.createElement('section');
-  made.className = `card ${wide}`;
+  made.className = 'card';
   made.innerHTML = `<div class="chart-of" id="chart-${name}"><p class="note">${name}: nothing to draw yet; press Train.</p></div><button class="take" title="Save this chart">SVG</button>`;
   made.querySelector('.take').onclick = () => download(address(name, true), `metal-${name}.svg`);
   if (name === 'belief') made.prepend(beliefChoice());
@@ -62,7 +62,7 @@ export async function refresh() {
   if (busy || $('curves').hidden || !status?.training) return;
   busy = true;
   try {
-    for (const [name] of CHARTS) {
+    for (const name of CHARTS) {
       const answer = await fetch(address(name, false));
       if (answer.ok) $(`chart-${name}`).innerHTML = await answer.text();
     }

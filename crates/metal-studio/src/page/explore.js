@@ -38,7 +38,11 @@ export function show(world, status) {
   fill($('driver'), drivers, status.at_the_wheel[0]);
   fill($('rival'), [['nobody', ''], ...drivers], status.at_the_wheel[1] ?? '');
   fill($('scenario'), status.scenarios.map(name => [SCENARIOS[name] ?? name, name]), status.scenario);
-  status.faults.forEach((fault, i) => { $('faults').children[i].querySelector('select').value = fault; });
+  status.faults.forEach((fault, i) => {
+    const label = $('faults').children[i];
+    label.querySelector('select').value = fault;
+    label.classList.toggle('broken', fault !== 'fine');
+  });
   showScenes(world, status);
 }
 
@@ -50,7 +54,7 @@ function showScenes(world, status) {
   $('scenes').replaceChildren(...status.situations.map((scene, index) => {
     const item = document.createElement('li'), button = document.createElement('button'), small = document.createElement('small');
     const ours = scene.ours.map(m => world.members[m].name).join(' ') || 'no look';
-    small.textContent = `ours ${ours} · paper ${scene.paper.join(' ')}`;
+    small.append(`ours ${ours}`, document.createElement('br'), `paper ${scene.paper.join(' ')}`);
     button.append(scene.name, small);
     button.setAttribute('aria-pressed', String(status.scene === index));
     button.onclick = () => ask('scene', { index });

@@ -41,16 +41,8 @@ export class Eye {
 
   drawPicture(lane, sensors, unseen, faults) {
     const pen = this.pen(this.picture, 52, 39);
-    const colours = CLASSES.map(css);
-    lane.image.forEach((row, y) => {
-      for (let x = 0; x < row.length;) {
-        let end = x + 1;
-        while (row[end] === row[x]) end += 1;
-        pen.fillStyle = colours[row[x]];
-        pen.fillRect(x, y, end - x + 0.02, 1.02);
-        x = end;
-      }
-    });
+    pen.imageSmoothingEnabled = false;
+    pen.drawImage(this.develop(lane.image), 0, 0);
     this.world.regions.forEach((r, sensor) => {
       const box = [r.left, r.top, r.right - r.left, r.bottom - r.top];
       const order = sensors.get(sensor);
@@ -63,6 +55,18 @@ export class Eye {
       }
       this.frame(pen, box, r.name, order);
     });
+  }
+
+  /** The picture at its own size, one pixel each. */
+  develop(image) {
+    this.film ??= Object.assign(document.createElement('canvas'), { width: 52, height: 39 });
+    const pen = this.film.getContext('2d');
+    const colours = CLASSES.map(css);
+    image.forEach((row, y) => [...row].forEach((digit, x) => {
+      pen.fillStyle = colours[digit];
+      pen.fillRect(x, y, 1, 1);
+    }));
+    return this.film;
   }
 
   /** A covered or dead region shows nothing; a noisy one is crossed out. */

@@ -169,7 +169,7 @@ def demonstrate(page, folder):
     page.until("document.getElementById('demonstrate').textContent.startsWith('Take')", "the wheel is left")
 
 
-def explore(page, pictures):
+def explore(page):
     """A situation of Table 1, a dragged car, a broken sensor, two drivers side by side."""
     page.click("#scenes li:nth-child(4) button")
     page.until("document.querySelector('#scenes li:nth-child(4) button').getAttribute('aria-pressed') === 'true'",
@@ -211,7 +211,7 @@ def timeline(page):
     page.until(f"document.getElementById('facts').textContent !== {step!r}", "a single step")
 
 
-def compare(page, pictures):
+def compare(page):
     """Two drivers on the same road."""
     page.choose("rival", "1")
     page.until("document.querySelectorAll('.lane canvas').length === 2", "two lanes")
@@ -219,7 +219,7 @@ def compare(page, pictures):
     page.until("document.querySelectorAll('.lane canvas').length === 1", "one lane")
 
 
-def train(page, pictures):
+def train(page):
     """Watch a run for a hundred decisions; hold it, let it go on; see curves that the studio drew."""
     page.click("#tab-curves")
     page.click("#train")
@@ -326,6 +326,82 @@ def attack(server):
     return len(trials)
 
 
+class Wire:
+    """A WebSocket by hand, for a page that misbehaves."""
+
+    def __init__(self, server):
+        self.link = socket.create_connection(("127.0.0.1", server.port), timeout=5)
+        host = f"127.0.0.1:{server.port}"
+        lines = [f"GET /{server.token}/live HTTP/1.1", f"Host: {host}", f"Origin: http://{host}", "Connection: Upgrade",
+                 "Upgrade: websocket", "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", "", ""]
+        self.link.sendall("\r\n".join(lines).encode())
+        self.buffer = b""
+        while b"\r\n\r\n" not in self.buffer:
+            self.buffer += self.link.recv(4096)
+        self.buffer = self.buffer.split(b"\r\n\r\n", 1)[1]
+
+    def send(self, text):
+        body = text.encode()
+        size = bytes([0x80 | len(body)]) if len(body) < 126 else bytes([0xFE]) + len(body).to_bytes(2, "big")
+        self.link.sendall(b"\x81" + size + b"\0\0\0\0" + body)
+
+    def take(self, count):
+        while len(self.buffer) < count:
+            part = self.link.recv(65536)
+            if not part:
+                raise ConnectionError("closed")
+            self.buffer += part
+        part, self.buffer = self.buffer[:count], self.buffer[count:]
+        return part
+
+    def hear(self, kind, messages=200):
+        """The next message of this kind."""
+        for _ in range(messages):
+            code, size = self.take(2)
+            if size > 125:
+                size = int.from_bytes(self.take(2 if size == 126 else 8), "big")
+            body = self.take(size)
+            news = json.loads(body) if code == 0x81 else {}
+            if kind in news:
+                return news[kind]
+            if code == 0x88:
+                raise ConnectionError("closed")
+        raise RuntimeError(f"no {kind} among {messages} messages")
+
+
+def share(page, server):
+    """A second page watches; only the holder of the wheel drives; nonsense is refused and hurts nobody."""
+    guest = Wire(server)
+    name = guest.hear("hello")["you"]
+    while guest.hear("status")["pages"] != 2:
+        pass
+    guest.send('{"do":"pause"}')
+    expect("watching" in guest.hear("refused"), "a guest cannot drive")
+    for nonsense in ("", "{", '{"do":"rm -rf /"}', '{"do":"recall","decision":-1}', '{"do":"press","action":99}'):
+        guest.send(nonsense)
+        expect(guest.hear("refused"), f"{nonsense!r} is refused")
+    guest.send('{"do":"recall","decision":999999999}')
+    expect(guest.hear("past") is None, "there is no such decision")
+    page.click("#wheel")
+    page.until("document.getElementById('wheel').textContent.startsWith('Take')", "the wheel is let go")
+    guest.send('{"do":"take_wheel"}')
+    while guest.hear("status")["wheel"] != name:
+        pass
+    page.until("document.getElementById('wheel').textContent === 'Watching'", "the page sees that it only watches")
+    guest.send('{"do":"place","body":0,"x":1e300,"y":0}')
+    while not guest.hear("status")["notice"]:
+        pass
+    guest.send("x" * 5000)
+    try:
+        guest.hear("never", 10_000)
+        expect(False, "a request of 5000 bytes is too long")
+    except (ConnectionError, TimeoutError):
+        pass
+    page.until("document.getElementById('wheel').textContent.startsWith('Take')", "a wheel without holder is free")
+    page.click("#wheel")
+    page.until("document.getElementById('wheel').textContent.startsWith('You')", "and can be taken")
+
+
 def photograph(page, pictures):
     """The pictures of the guide, light and dark."""
     for scheme in ("light", "dark"):
@@ -357,8 +433,9 @@ def main():
     try:
         page = Page(browser, server.url)
         page.until("window.studio?.stats.frames > 0 && document.querySelectorAll('#supports td').length > 0", "the stage")
-        for part in (lambda: demonstrate(page, folder), lambda: explore(page, None), lambda: timeline(page),
-                     lambda: compare(page, None), lambda: train(page, None)):
+        for part in (lambda: demonstrate(page, folder), lambda: explore(page), lambda: timeline(page),
+                     lambda: compare(page), lambda: share(page, server),
+                     lambda: page.click("#clip"), lambda: train(page)):
             part()
         for scheme in ("light", "dark"):
             look_closely(page, scheme)
@@ -366,6 +443,7 @@ def main():
             photograph(page, arguments.screenshots)
         page.click("#tab-curves")
         stop_training(page)
+        page.until("studio.kept?.name === 'metal-clip.webm' && studio.kept.bytes > 20000", "a clip is kept")
         keep(page)
         wrong = [c for c in complaints_of_console(browser.events, server.url) if not is_own(c, server)]
         expect(not wrong, f"the page complained: {wrong[:5]}")

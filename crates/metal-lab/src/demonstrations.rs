@@ -223,7 +223,7 @@ impl Recording {
     }
 
     /// To the first moment of an episode that has an action; a set always has one.
-    fn to_an_episode(&mut self) {
+    fn find_episode(&mut self) {
         let n = self.moments.len();
         let starts = |i: usize| {
             let (before, now) = (&self.moments[(i + n - 1) % n], &self.moments[i % n]);
@@ -242,7 +242,7 @@ impl Environment for Recording {
     }
 
     fn reset(&mut self, _seed: u64) -> Result<(), EnvironmentError> {
-        self.to_an_episode();
+        self.find_episode();
         Ok(())
     }
 

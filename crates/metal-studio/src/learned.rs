@@ -81,6 +81,7 @@ struct Book {
     error: Option<String>,
     portrait: Option<Vec<Member>>,
     portrait_wanted: bool,
+    blind: Option<usize>,
 }
 
 /// Everything learned so far; the training thread writes, pages read.
@@ -137,6 +138,17 @@ impl Learned {
         }
         book.portrait = Some(mind.members.clone());
         book.minds.insert(phase.to_owned(), mind);
+    }
+
+    /// The best constant action is known: the run is complete.
+    pub fn set_blind(&self, action: usize) {
+        lock(&self.book).blind = Some(action);
+    }
+
+    /// The best constant action, once the run is complete.
+    #[must_use]
+    pub fn blind(&self) -> Option<usize> {
+        lock(&self.book).blind
     }
 
     /// Something went wrong.

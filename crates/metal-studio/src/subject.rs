@@ -62,6 +62,9 @@ pub enum SubjectError {
     /// A mind.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// The folder belongs to a run that was not made here.
+    #[error("{}: holds a finished run; open it with --run, or name another folder with --out", .0.display())]
+    Taken(std::path::PathBuf),
     /// The world is no road.
     #[error("the studio shows roads, and {0} is none; choose an experiment in the highway")]
     NoRoad(String),
@@ -73,6 +76,9 @@ impl Subject {
     /// # Errors
     /// If its world is not the highway or the folder cannot be made.
     pub fn experiment(plan: Plan, out: &Path) -> Result<Self, SubjectError> {
+        if out.join("results.json").exists() {
+            return Err(SubjectError::Taken(out.to_path_buf()));
+        }
         Self::new(plan, Store::create(out)?, None)
     }
 
@@ -138,12 +144,6 @@ impl Subject {
                 self.drivers.push(driver);
             }
         }
-    }
-
-    /// Whether the mind of this phase was taken in already.
-    #[must_use]
-    pub fn knows_fresh(&self, phase: &str) -> bool {
-        self.minds.contains_key(&Home::Fresh(phase.to_owned()))
     }
 
     /// The mind of a driver, read from the folder when it is first asked for.

@@ -6,7 +6,7 @@
 The first part is a person: demonstrates thirty steps, finds them on disk, watches a run train, scrubs back, opens a
 situation of Table 1, drags a car, breaks a sensor, compares two drivers, loses the server and gets it back. The second
 part is an attacker without the token, with a foreign name, with a foreign page. Needs only Chromium: it speaks the
-DevTools protocol over a pipe, as check_report.py does. With --screenshots it also takes the pictures of the guide.
+DevTools protocol over a pipe, as check_report.py does. With --screenshots it only takes the pictures of the guide.
 """
 
 import argparse
@@ -25,6 +25,9 @@ import time
 from check_report import Browser, complaints_of_console
 
 SECONDS = 150
+PICTURE_SECONDS = 500
+# Enough for a mind that is worth a picture.
+PICTURE_BUDGETS = ["phase.fusion.budget.episodes=300", "phase.attention.budget.episodes=900"]
 STEPS = 30
 DECISIONS = 100
 LEAST_CONTRAST = 4.5
@@ -57,8 +60,9 @@ NAMELESS = """[...document.querySelectorAll('button, select, input, canvas')].fi
 class Server:
     """A running studio."""
 
-    def __init__(self, program, folder, port=0):
+    def __init__(self, program, folder, budgets=(), port=0):
         command = [*program, "studio", "--out", str(folder), "--port", str(port), "--keep-token", "--seed", "3"]
+        command += [word for budget in budgets for word in ("--set", budget)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         line = self.process.stdout.readline()
         match = re.search(r"http://([0-9.]+):(\d+)/([0-9a-f]{32})/", line)
@@ -271,7 +275,7 @@ def lose_and_find(page, server, program, folder):
     server.end(signal.SIGKILL)
     page.until("!document.getElementById('lost').hidden", "the page says that the connection is lost")
     expect("retrying" in page.text("lost"), "and that it tries again")
-    again = Server(program, folder, server.port)
+    again = Server(program, folder, port=server.port)
     expect(again.url == server.url, "the address is the same")
     page.until("document.getElementById('lost').hidden", "the page found the studio again", 30)
     page.until("document.querySelector('#connection').dataset.state === 'live'", "and is live")
@@ -403,15 +407,31 @@ def share(page, server):
 
 
 def photograph(page, pictures):
-    """The pictures of the guide, light and dark."""
+    """The pictures of the guide, light and dark: a trained mind that attends, and how it learned to."""
+    page.click("#tab-curves")
+    page.click("#train")
+    page.until("[...document.getElementById('driver').options].some(o => o.text === 'ACL, trained here')",
+               "attention control is trained", 400)
+    page.click("#stop")
+    page.until("document.getElementById('training-note').textContent.startsWith('stopped')", "the rest can wait")
+    page.choose("phase", "attention")
+    page.click("#tab-stage")
+    page.choose("driver", page.ask("[...document.getElementById('driver').options].findIndex(o => o.text === 'ACL, trained here')"))
+    page.choose("speed", "16")
+    if page.ask("document.querySelector('#run .word').textContent === 'Run'"):
+        page.click("#run")
+    page.until("Number(document.getElementById('scrub').max) > 0 && Number(document.getElementById('scrub').value) > 500",
+               "it drives", 120)
+    page.click("#run")
+    page.click("#scenes li:nth-child(4) button")
+    page.until("document.querySelectorAll('#looks b').length > 0", "it looks")
     for scheme in ("light", "dark"):
         page.scheme(scheme, "reduce")
         for tab in ("stage", "curves"):
+            page.size(1440, 900 if tab == "stage" else 1060)
             page.click(f"#tab-{tab}")
-            page.ask("(scrollTo(0, 0), document.activeElement.blur(), new Promise(done => setTimeout(done, 2200)))")
+            page.ask("(scrollTo(0, 0), document.activeElement.blur(), new Promise(done => setTimeout(done, 2600)))")
             page.shoot(pictures / f"studio-{tab}-{scheme}.png")
-    page.scheme("light")
-    page.click("#tab-stage")
 
 
 def give_up(_signal, _frame):
@@ -428,19 +448,22 @@ def main():
     signal.alarm(SECONDS)
     scratch = pathlib.Path(tempfile.mkdtemp())
     folder, started = scratch / "run", time.monotonic()
-    server = Server(program, folder)
+    budgets = PICTURE_BUDGETS if arguments.screenshots else []
+    server = Server(program, folder, budgets)
     browser = Browser(str(scratch / "profile"))
     try:
         page = Page(browser, server.url)
         page.until("window.studio?.stats.frames > 0 && document.querySelectorAll('#supports td').length > 0", "the stage")
+        if arguments.screenshots:
+            signal.alarm(PICTURE_SECONDS)
+            photograph(page, arguments.screenshots)
+            return 0
         for part in (lambda: demonstrate(page, folder), lambda: explore(page), lambda: timeline(page),
                      lambda: compare(page), lambda: share(page, server),
                      lambda: page.click("#clip"), lambda: train(page)):
             part()
         for scheme in ("light", "dark"):
             look_closely(page, scheme)
-        if arguments.screenshots:
-            photograph(page, arguments.screenshots)
         page.click("#tab-curves")
         stop_training(page)
         page.until("studio.kept?.name === 'metal-clip.webm' && studio.kept.bytes > 20000", "a clip is kept")

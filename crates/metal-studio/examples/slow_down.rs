@@ -19,7 +19,7 @@ use std::net::{Ipv4Addr, TcpStream};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 8;
 
 fn main() {
     let mut best = [[f64::INFINITY; 2]; 3];
@@ -45,7 +45,7 @@ fn main() {
 
 fn plan() -> Plan {
     let mut file = paper().unwrap().file;
-    metal_lab::reproduce::quick::cut(&mut file, 250, 200);
+    metal_lab::reproduce::quick::cut(&mut file, 40, 100);
     let kept = ["demonstration", "fusion", "attention"];
     file.phase.retain(|name, _| kept.contains(&name.as_str()));
     file.policy.retain(|name, _| name == "acl" || name == "oracle");

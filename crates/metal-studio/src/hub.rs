@@ -7,8 +7,11 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 use tokio::sync::watch;
 
+/// How often a frame is wanted while there are pages: thirty times a second.
+pub const PULSE: Duration = Duration::from_micros(33_333);
 /// Decisions that can be recalled.
 pub const REMEMBERED: usize = 2000;
 
@@ -65,23 +68,36 @@ impl Hub {
     }
 
     /// Numbers a frame, remembers it and shows it to whoever is ready.
-    pub fn publish(&self, mut frame: Frame) {
-        if frame.done {
-            frame.n = self.numbered.fetch_add(1, Ordering::Relaxed) + 1;
+    pub fn publish(&self, frame: Frame) {
+        let frame = if frame.done { self.remember(frame) } else { Arc::new(frame) };
+        // A frame nobody is ready for is not even written down as text, unless it may be the last for a while.
+        if self.wanted.swap(false, Ordering::Relaxed) || !frame.done || frame.secs >= PULSE.as_secs_f64() {
+            self.show(&frame);
         }
+    }
+
+    fn remember(&self, mut frame: Frame) -> Arc<Frame> {
+        let mut past = lock(&self.past);
+        frame.n = self.numbered.fetch_add(1, Ordering::Relaxed) + 1;
         let frame = Arc::new(frame);
-        if frame.done {
-            let mut past = lock(&self.past);
-            if past.len() == REMEMBERED {
-                past.pop_front();
-            }
-            past.push_back(frame.clone());
+        if past.len() == REMEMBERED {
+            past.pop_front();
         }
-        // A frame nobody is ready for is not even written down as text.
-        if (self.wanted.swap(false, Ordering::Relaxed) || !frame.done)
-            && let Ok(text) = serde_json::to_string(&*frame)
-        {
+        past.push_back(frame.clone());
+        frame
+    }
+
+    fn show(&self, frame: &Frame) {
+        if let Ok(text) = serde_json::to_string(frame) {
             self.frame.send_replace(Arc::from(format!("{{\"frame\":{text}}}")));
+        }
+    }
+
+    /// Shows the last decision, which may have been skipped: for when the clock stops.
+    pub fn show_last(&self) {
+        let last = lock(&self.past).back().cloned();
+        if let Some(frame) = last {
+            self.show(&frame);
         }
     }
 
@@ -212,6 +228,7 @@ mod tests {
             hub.want();
             hub.publish(frame(step));
         }
+        hub.show_last();
         assert!(frames.borrow_and_update().contains("\"step\":9999"));
         assert!(!frames.has_changed().unwrap(), "only the latest is kept");
         assert_eq!((hub.span(), hub.lately(3).len()), ((10_000 - REMEMBERED as u64 + 1, 10_000), 3));

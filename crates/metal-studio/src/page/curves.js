@@ -3,7 +3,7 @@ import { ask } from './link.js';
 import { download } from './keep.js';
 
 const $ = id => document.getElementById(id);
-const CHARTS = ['cost', 'histogram', 'looks', 'accidents', 'belief', 'sizes'];
+const CHARTS = ['cost', 'looks', 'accidents', 'histogram', 'belief', 'sizes'];
 const REFRESH_MS = 1500;
 let world = null, chosen = '', status = null, busy = false;
 
@@ -23,7 +23,7 @@ export function begin(w) {
 
 function card(name) {
   const made = document.createElement('section');
-  made.className = 'card';
+  made.className = name === 'histogram' ? 'card wide' : 'card';
   made.innerHTML = `<div class="chart-of" id="chart-${name}"><p class="note">${name}: nothing to draw yet; press Train.</p></div><button class="take" title="Save this chart">SVG</button>`;
   made.querySelector('.take').onclick = () => download(address(name, true), `metal-${name}.svg`);
   if (name === 'belief') made.prepend(beliefChoice());

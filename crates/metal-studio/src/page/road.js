@@ -6,6 +6,8 @@ const still = matchMedia('(prefers-reduced-motion: reduce)');
 /** Robots are drawn larger than they are, or they would hardly be seen. */
 const LARGER = 1.6;
 const PATH = 400;
+/** Farther than this nobody drives in one step, in metres. */
+const FARTHEST = 0.08;
 
 export class Road {
   constructor(world, lane) {
@@ -110,8 +112,14 @@ export class Road {
     pen.lineWidth = 2;
     pen.globalAlpha = 0.75;
     pen.beginPath();
-    this.path.forEach((p, i) => (i ? pen.lineTo(scale.x(p.x), scale.y(p.y)) : pen.moveTo(scale.x(p.x), scale.y(p.y))));
-    if (this.path.length) pen.lineTo(scale.x(here.x), scale.y(here.y));
+    let last = null;
+    for (const p of [...this.path, here]) {
+      // Of a run only some steps are shown: what lies between them is not known.
+      const known = last && Math.hypot(p.x - last.x, p.y - last.y) < FARTHEST;
+      if (known) pen.lineTo(scale.x(p.x), scale.y(p.y));
+      else pen.moveTo(scale.x(p.x), scale.y(p.y));
+      last = p;
+    }
     pen.stroke();
     pen.globalAlpha = 1;
   }

@@ -19,7 +19,7 @@ export function begin(world) {
   world.actions.forEach((name, action) => $('pad').append(padButton(name, action)));
   for (const times of SPEEDS) $('speed').add(new Option(times ? `×${times}` : 'as fast as possible', times, false, times === 1));
   $('speed').onchange = () => ask('speed', { times: Number($('speed').value) });
-  $('run').onclick = () => ask(status?.running ? 'pause' : 'resume');
+  $('run').onclick = runOrPause;
   $('step').onclick = () => ask('step');
   $('reset').onclick = () => ask('reset');
   $('undo').onclick = () => ask('undo');
@@ -32,6 +32,14 @@ export function begin(world) {
   addEventListener('keyup', event => { if (event.key in KEYS) lift(KEYS[event.key]); });
   addEventListener('blur', () => [...down].forEach(lift));
   setInterval(readGamepad, 50);
+}
+
+const watchesRun = () => status?.view === 'training';
+const isRunning = () => (watchesRun() ? status.training?.state === 'running' : status?.running);
+
+/** What is on the stage runs or stands: the studio's own drive, or the training run. */
+function runOrPause() {
+  ask((isRunning() ? 'pause' : 'resume') + (watchesRun() ? '_training' : ''));
 }
 
 function padButton(name, action) {
@@ -61,7 +69,7 @@ function press(event) {
     }
   } else if (event.key === ' ' && !onButton) {
     event.preventDefault();
-    ask(status?.running ? 'pause' : 'resume');
+    runOrPause();
   } else if (event.key === '.') ask('step');
   else if (event.key === 'u' || event.key === 'U' || event.key === 'Backspace') ask('undo');
 }
@@ -100,10 +108,11 @@ function readGamepad() {
 /** Shows how things stand. */
 export function show(news, mine) {
   status = news;
-  const words = news.running ? ['▮▮', 'Pause'] : ['▶', 'Run'];
+  const words = isRunning() ? ['▮▮', 'Pause'] : ['▶', 'Run'];
   $('run').children[0].textContent = words[0];
   $('run').children[1].textContent = words[1];
   $('speed').value = String(news.times);
+  for (const control of ['step', 'reset', 'speed']) $(control).disabled = watchesRun();
   const shown = news.demonstration;
   $('demonstrate').textContent = shown ? 'Leave the wheel' : 'Take the wheel';
   for (const control of [$('undo'), $('save'), ...$('pad').children]) control.disabled = !shown || !mine;

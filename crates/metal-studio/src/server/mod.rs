@@ -7,7 +7,7 @@ mod socket;
 pub use guard::{Guard, Refusal};
 
 use crate::drawings::{self, Studio as Drawable};
-use crate::hub::{Hub, Order};
+use crate::hub::{Hub, Order, PULSE};
 use crate::stage::{Stage, StageError};
 use crate::subject::Subject;
 use axum::Router;
@@ -20,14 +20,11 @@ use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
-use std::time::Duration;
 
 /// Requests that may wait for the stage.
 const WAITING: usize = 64;
 /// Most pages at once.
 const MOST_PAGES: usize = 16;
-/// How often a frame is wanted while there are pages.
-const PULSE: Duration = Duration::from_micros(33_333);
 
 /// Where the studio listens.
 #[derive(Clone, Copy, Debug)]

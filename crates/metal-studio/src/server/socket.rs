@@ -2,19 +2,19 @@
 
 use super::Shop;
 use crate::command::Request;
-use crate::hub::{Hub, Order};
+use crate::hub::{Hub, Order, PULSE};
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::watch::Receiver;
 use tokio::time::{Instant, interval, sleep_until, timeout};
 
-/// Least time between two frames: thirty a second.
-const FRAME_EVERY: Duration = Duration::from_micros(33_333);
 /// How long a page may take to receive something before it is given up.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// How often a silent page is asked whether it is still there.
 const PING_EVERY: Duration = Duration::from_secs(5);
+/// How long a page may be silent, pings unanswered, before its wheel is free again.
+const SILENCE: Duration = Duration::from_secs(20);
 /// Longest request in bytes.
 pub const LONGEST: usize = 4096;
 
@@ -53,24 +53,29 @@ async fn converse(
     statuses.mark_changed();
     frames.mark_changed();
     let mut pings = interval(PING_EVERY);
-    let mut ready = Instant::now();
+    let (mut ready, mut heard) = (Instant::now(), Instant::now());
     loop {
         let going = tokio::select! {
-            request = socket.recv() => match request {
-                Some(Ok(Message::Text(text))) => answer(socket, hub, name, &text).await,
-                Some(Ok(Message::Close(_)) | Err(_)) | None => false,
-                Some(Ok(_)) => true,
-            },
+            request = socket.recv() => {
+                heard = Instant::now();
+                match request {
+                    Some(Ok(Message::Text(text))) => answer(socket, hub, name, &text).await,
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => false,
+                    Some(Ok(_)) => true,
+                }
+            }
             told = statuses.changed() => {
                 let text = text_of(&mut statuses);
                 told.is_ok() && say(socket, text).await
             }
             shown = async { sleep_until(ready).await; frames.changed().await } => {
-                ready = Instant::now() + FRAME_EVERY;
+                ready = Instant::now() + PULSE;
                 let text = text_of(&mut frames);
                 shown.is_ok() && say(socket, text).await
             }
-            _ = pings.tick() => send(socket, Message::Ping(Vec::new().into())).await,
+            _ = pings.tick() => {
+                heard.elapsed() < SILENCE && send(socket, Message::Ping(Vec::new().into())).await
+            }
         };
         if !going {
             return;

@@ -25,6 +25,9 @@ use std::time::{Duration, Instant};
 /// How often pages are told how things stand while nothing is asked.
 const STATUS_EVERY: Duration = Duration::from_millis(250);
 
+/// How long a single step takes on the screen while the clock stands, in seconds.
+const SINGLE_STEP_SECS: f64 = 0.3;
+
 /// What could not be done, for a person.
 #[derive(Debug, thiserror::Error)]
 pub enum StageError {
@@ -152,8 +155,12 @@ impl Stage {
 
     /// Until the next motor step, or the next report while a run trains.
     fn wait(&self) -> Duration {
-        let step = if self.hub.shows_training() { None } else { self.clock.wait() };
-        step.unwrap_or(STATUS_EVERY)
+        if self.is_idle() { STATUS_EVERY } else { self.clock.wait().unwrap_or(STATUS_EVERY) }
+    }
+
+    /// Whether nobody would see a step: there is no page, or the stage shows the training run.
+    fn is_idle(&self) -> bool {
+        self.hub.shows_training() || self.hub.pages() == 0
     }
 
     fn refresh(&mut self) -> Result<(), StageError> {
@@ -164,7 +171,7 @@ impl Stage {
 
     /// The clock struck.
     fn tick(&mut self) -> Result<(), StageError> {
-        if !self.hub.shows_training() && self.clock.is_running() {
+        if !self.is_idle() && self.clock.is_running() {
             self.advance()?;
             self.clock.stepped();
         }
@@ -204,8 +211,8 @@ impl Stage {
     }
 
     fn publish(&self, lanes: Vec<LaneFrame>, (episode, step): (usize, usize), source: Source) {
-        let (secs, scene) = (self.clock.step_secs(), self.scene);
-        let phase = None;
+        let (scene, phase) = (self.scene, None);
+        let secs = if self.clock.is_running() { self.clock.step_secs() } else { SINGLE_STEP_SECS };
         self.hub.publish(Frame { n: 0, source, phase, episode, step, secs, done: true, scene, lanes });
     }
 
@@ -237,7 +244,10 @@ impl Stage {
     /// Does what a page asks for.
     fn obey(&mut self, request: Request) -> Result<(), StageError> {
         match request {
-            Request::Pause => self.clock.run(false),
+            Request::Pause => {
+                self.clock.run(false);
+                self.hub.show_last();
+            }
             Request::Resume => self.clock.run(true),
             Request::Step => self.single_step()?,
             Request::Speed { times } => self.clock.set_times(times),

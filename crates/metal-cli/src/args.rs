@@ -94,8 +94,9 @@ Examples:
   metal studio --experiment my.toml --out runs/mine
   ssh -L 8471:localhost:8471 robot metal studio --port 8471
 
-Prints an address with a secret token; open it in any browser. What is demonstrated or learned goes to
-the run folder and nowhere else: `metal run my.toml --demonstrations runs/mine/demonstrations/0001.jsonl`.
+Prints an address with a secret token; open it in any browser. What is demonstrated or learned goes
+to the run folder and nowhere else, to be learned from:
+  metal run my.toml --demonstrations runs/mine/demonstrations/0001.jsonl
 Ctrl-C saves what was demonstrated and ends.";
 
 const ALIASING: &str = "\

@@ -63,13 +63,27 @@ fn run_folder() -> &'static str {
 
 #[test]
 fn help_texts_teach() {
-    let commands = ["reproduce", "run", "eval", "aliasing", "list", "completions", "train-traffic"];
+    let commands = ["reproduce", "run", "eval", "studio", "aliasing", "list", "completions", "train-traffic"];
     expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
     for command in commands {
         expect_file![format!("golden/help-{command}.txt")].assert_eq(&output(&[command, "--help"]));
         assert!(output(&["--help"]).contains(command));
     }
     assert!(output(&["--version"]).starts_with("metal "));
+}
+
+#[test]
+fn the_studio_shows_roads_and_leaves_finished_runs_alone() {
+    let missing = complaint(1, &["studio", "--run", "/nowhere/at-all"]);
+    assert!(missing.contains("/nowhere/at-all") && missing.contains("not a run folder"), "{missing}");
+    let toy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments/toy.toml");
+    assert!(complaint(1, &["studio", "--experiment", toy]).contains("shows roads, and Toy-v0 is none"));
+    let folder = std::env::temp_dir().join(format!("metal-studio-taken-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("results.json"), "{}").unwrap();
+    let taken = complaint(1, &["studio", "--out", folder.to_str().unwrap()]);
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(taken.contains("holds a finished run") && taken.contains("--run"), "{taken}");
 }
 
 #[test]

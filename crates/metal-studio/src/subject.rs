@@ -79,6 +79,7 @@ impl Subject {
         if out.join("results.json").exists() {
             return Err(SubjectError::Taken(out.to_path_buf()));
         }
+        is_road(&plan)?;
         Self::new(plan, Store::create(out)?, None)
     }
 
@@ -99,9 +100,7 @@ impl Subject {
     }
 
     fn new(plan: Plan, store: Store, results: Option<Results>) -> Result<Self, SubjectError> {
-        if plan.file.environment.as_highway().is_none() {
-            return Err(SubjectError::NoRoad(plan.spec.id));
-        }
+        is_road(&plan)?;
         let newborn = Mind::newborn(&plan, &Streams::new(0)).map_err(RunError::from)?;
         let minds = BTreeMap::from([(Home::Newborn, Arc::new(newborn))]);
         let (drivers, plan) = (Vec::new(), Arc::new(plan));
@@ -181,6 +180,13 @@ impl Subject {
         let expert = |d: &Driver| d.acting == Acting::Advisor;
         let find = |is: &dyn Fn(&Driver) -> bool| self.drivers.iter().position(is);
         find(&attends).or_else(|| find(&expert)).unwrap_or(0)
+    }
+}
+
+fn is_road(plan: &Plan) -> Result<(), SubjectError> {
+    match plan.file.environment.as_highway() {
+        Some(_) => Ok(()),
+        None => Err(SubjectError::NoRoad(plan.spec.id.clone())),
     }
 }
 

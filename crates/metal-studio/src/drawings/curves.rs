@@ -83,7 +83,8 @@ fn reference(studio: &Studio, name: &str) -> Option<f64> {
         let scenario = studio.plan.file.environment.training_scenario();
         return Some(results.policies.get(&key)?.get(&scenario)?.get("total")?.mean);
     }
-    let log = studio.learned()?.log(name)?;
+    // A phase that has only begun says nothing yet.
+    let log = studio.learned()?.log(name).filter(|log| log.progress >= 1.0)?;
     let late = &log.episodes[log.episodes.len() * 3 / 4..];
     let steps: u32 = late.iter().map(|e| e.steps).sum();
     (steps > 0).then(|| late.iter().map(total).sum::<f64>() / f64::from(steps))

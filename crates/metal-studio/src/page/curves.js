@@ -33,7 +33,6 @@ function card(name) {
 function beliefChoice() {
   const row = document.createElement('div');
   row.className = 'row';
-  row.style.marginTop = '0';
   const select = (id, label) => `<label>${label} <select id="belief-${id}"></select></label>`;
   row.innerHTML = select('member', 'Tiny agent') + select('x', 'across') + select('y', 'up');
   const tiny = world.members.map((m, i) => [m, i]).filter(([m]) => m.sensors.length === 1);

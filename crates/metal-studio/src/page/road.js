@@ -28,7 +28,7 @@ export class Road {
     if (!now) return;
     const jumped = this.now && frame.done
       && (frame.episode !== this.episode || frame.source !== this.source || frame.step < this.step);
-    if (!this.now || jumped) { this.path = []; this.sum = { motor: 0, looks: 0 }; }
+    if (!this.now || jumped || !frame.done) { this.path = []; this.sum = { motor: 0, looks: 0 }; }
     if (frame.done && !frame.past) {
       this.sum.motor += now.motor;
       this.sum.looks += now.look_price;

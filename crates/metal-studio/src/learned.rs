@@ -180,10 +180,14 @@ impl Learned {
         lock(&self.book).logs.get(phase).cloned()
     }
 
-    /// The members as they lately were; asking makes the next episode bring a newer copy.
+    /// The members as `phase` left them behind; of no phase, or of one that still learns, as they lately were (asking
+    /// makes the next episode bring a newer copy).
     #[must_use]
-    pub fn portrait(&self) -> Option<Vec<Member>> {
+    pub fn members(&self, phase: Option<&str>) -> Option<Vec<Member>> {
         let mut book = lock(&self.book);
+        if let Some(mind) = phase.and_then(|p| book.minds.get(p)) {
+            return Some(mind.members.clone());
+        }
         book.portrait_wanted = true;
         book.portrait.clone()
     }

@@ -18,7 +18,7 @@ const INKS: [Ink; 5] = [Ink("mn"), Ink("fixed"), Ink("lf"), Ink("rf"), Ink("mf")
 
 /// The plane of features `x` and `y` of member `member`; all other features as they were read last, or at rest.
 pub fn draw(studio: &Studio, wishes: &Wishes) -> Option<String> {
-    let members = studio.learned().and_then(|l| l.portrait())?;
+    let members = studio.learned()?.members(wishes.get("phase").map(String::as_str))?;
     let member = members.get(number::<usize>(wishes, "member").unwrap_or(0))?;
     let dims = member.view.dims();
     let axes = [number::<usize>(wishes, "x").unwrap_or(0), number::<usize>(wishes, "y").unwrap_or(2)];
@@ -70,6 +70,7 @@ fn paint_plane(
     let actions = learner.dims().choices;
     let (mut values, mut support) = (vec![0.0; actions], vec![0.0; actions]);
     let cell = 1.0 / CELLS as f64;
+    svg.raw("<g shape-rendering=\"crispEdges\">");
     for (row, column) in (0..CELLS).flat_map(|r| (0..CELLS).map(move |c| (r, c))) {
         let (x, y) = (column as f64 * cell, row as f64 * cell);
         (state[axes[0]], state[axes[1]]) = (x + cell / 2.0, y + cell / 2.0);
@@ -77,10 +78,11 @@ fn paint_plane(
         let best = num::argmax(&values);
         let (left, bottom) = frame.at(x, y);
         let (right, top) = frame.at(x + cell, y + cell);
-        let area = Area { x: left, y: top, width: right - left + 0.3, height: bottom - top + 0.3 };
+        let area = Area { x: left, y: top, width: right - left, height: bottom - top };
         let sure = 0.25 + 0.6 * support[best];
         svg.rect(area, Paint::fill(INKS[best % INKS.len()]).faded(sure));
     }
+    svg.raw("</g>");
 }
 
 /// One ellipse per Gaussian, at one standard deviation along the two features.

@@ -1,4 +1,5 @@
 //! Learning from demonstrations on disk: the same lessons from a file and from the advisor give the same mind.
+#![allow(clippy::unwrap_used, reason = "helpers of tests may fail loudly")]
 
 use metal_lab::demonstrations::{Demonstrations, Header, Moment};
 use metal_lab::experiments;

@@ -81,6 +81,10 @@ fn in_studio(round: usize, stays: bool) -> ([f64; 2], (f64, f64)) {
     let server = std::thread::spawn(move || studio.serve());
     let mut page = connect(&url);
     send(&mut page, r#"{"do":"train","demonstrations":false}"#);
+    // A page that goes before it was heard takes its request with it.
+    while training_thread().is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
     let start = Instant::now();
     let reader = stays.then(|| std::thread::spawn(move || listen(page)));
     let busy = on_processor(|| out.join("run.json").exists());

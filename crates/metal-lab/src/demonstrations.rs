@@ -340,10 +340,7 @@ mod tests {
         assert!(error.line == Some(2) && error.reason.contains("action 7"), "{error}");
         assert!(read(&text.replace("Right", "Reverse")).unwrap_err().reason.contains("Reverse"));
         assert!(read(&text.replace("[0.01]", "[0.01,0.5]")).unwrap_err().reason.contains("[2]"));
-        assert_eq!(
-            read(&text.replace("\"metal_demonstrations\":1", "\"metal_demonstrations\":2")).is_err(),
-            true
-        );
+        assert!(read(&text.replace("\"metal_demonstrations\":1", "\"metal_demonstrations\":2")).is_err());
     }
 
     #[test]

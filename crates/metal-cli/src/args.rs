@@ -29,6 +29,9 @@ pub enum Command {
     /// Test trained minds again, on any road, also one nobody has seen
     #[command(after_help = EVAL)]
     Eval(Eval),
+    /// Watch a mind learn and attend in a browser, drive yourself, demonstrate
+    #[command(after_help = STUDIO)]
+    Studio(Studio),
     /// Largest probability of aliasing in the decision space (Sec. 6.1, Eqs 22-26, Table 3)
     #[command(after_help = ALIASING)]
     Aliasing(Aliasing),
@@ -68,6 +71,7 @@ Examples:
   metal reproduce                            the paper, five trainings
   metal run experiments/toy.toml             an experiment of one's own
   metal eval --run runs/reproduce            the same minds on other roads
+  metal studio                               watch it think, drive it yourself
   metal list                                 what there is to choose from";
 
 const REPRODUCE: &str = "\
@@ -97,6 +101,18 @@ Examples:
   metal eval --run runs/reproduce --road-seed 7 --road-seed 8
 
 Nothing is learned and nothing is written.";
+
+const STUDIO: &str = "\
+Examples:
+  metal studio --open                        the paper's experiment: watch, demonstrate, train
+  metal studio --run runs/reproduce          the trained minds of a run
+  metal studio --experiment my.toml --out runs/mine
+  ssh -L 8471:localhost:8471 robot metal studio --port 8471
+
+Prints an address with a secret token; open it in any browser. What is demonstrated or learned goes
+to the run folder and nowhere else, to be learned from:
+  metal run my.toml --demonstrations runs/mine/demonstrations/0001.jsonl
+Ctrl-C saves what was demonstrated and ends.";
 
 const ALIASING: &str = "\
 Examples:
@@ -157,11 +173,46 @@ pub struct Reproduce {
 pub struct Run {
     /// The experiment file (TOML)
     pub file: PathBuf,
+    /// A person's demonstrations (from `metal studio`) instead of the expert's in Phase I
+    #[arg(long, value_name = "FILE")]
+    pub demonstrations: Option<PathBuf>,
     /// Folder for report, results, records and minds
     #[arg(long, default_value = "runs/run")]
     pub out: PathBuf,
     #[command(flatten)]
     pub training: Training,
+}
+
+/// `metal studio`
+#[derive(Debug, Args)]
+pub struct Studio {
+    /// The experiment file to open (the paper's if nothing is said)
+    #[arg(long, value_name = "FILE")]
+    pub experiment: Option<PathBuf>,
+    /// The folder of a finished run: its trained minds can drive
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["experiment", "out"])]
+    pub run: Option<PathBuf>,
+    /// Folder for demonstrations and minds of an experiment
+    #[arg(long, value_name = "DIR", default_value = "runs/studio")]
+    pub out: PathBuf,
+    /// Override a field of the experiment, as in `metal run`; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", conflicts_with = "run")]
+    pub set: Vec<String>,
+    /// Port (0: one that is free)
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub port: u16,
+    /// Address to listen on; anything but this machine lets others in who have the token
+    #[arg(long, default_value = "127.0.0.1", value_name = "ADDRESS")]
+    pub bind: std::net::IpAddr,
+    /// The one number all randomness of the stage comes from
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub seed: u64,
+    /// Keep the address from session to session, so that open pages find a restarted studio (token in the folder)
+    #[arg(long)]
+    pub keep_token: bool,
+    /// Open the page in the browser of this desktop
+    #[arg(long)]
+    pub open: bool,
 }
 
 /// `metal eval`

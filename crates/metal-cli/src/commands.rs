@@ -1,14 +1,17 @@
 //! What each command does: call the lab, print.
 
-use crate::args::{Aliasing, Arguments, Command, Eval, Reproduce, Run, Training};
+use crate::args::{Aliasing, Arguments, Command, Eval, Reproduce, Run, Studio, Training};
 use crate::bar::{Bar, INTERRUPTED};
 use crate::{robots, table};
 use anyhow::{Context, bail};
 use clap::CommandFactory;
+use metal_lab::demonstrations::Demonstrations;
 use metal_lab::plan::{self, Plan};
 use metal_lab::registry::Roads;
 use metal_lab::reproduce::{Options, execute, planned_steps, quick};
 use metal_lab::{catalogue, experiments, finish, reevaluate, traffic};
+use metal_studio::server;
+use metal_studio::subject::Subject;
 use std::io::Write;
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -20,10 +23,12 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             let plan = plan::parse(experiments::PAPER, &training.set)?;
             learn(plan, &training, &out)
         }
-        Command::Run(Run { file, out, training }) => {
-            learn(plan::load(&file, &training.set)?, &training, &out)
+        Command::Run(Run { file, demonstrations, out, training }) => {
+            let plan = plan::load(&file, &training.set)?;
+            learn(taught_by(plan, demonstrations.as_deref())?, &training, &out)
         }
         Command::Eval(eval) => evaluate(&eval),
+        Command::Studio(studio) => open_studio(&studio),
         Command::Aliasing(aliasing) => bound(&aliasing),
         Command::Serve(request) => robots::serve(&request),
         Command::Doctor(request) => robots::examine(&request),
@@ -104,6 +109,57 @@ fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
     }
     let (report, numbers) = (store.path("report.html"), store.path("results.json"));
     say(&format!("{text}\nreport:  {}\nnumbers: {}\n", report.display(), numbers.display()))
+}
+
+/// The plan with a person's demonstrations in Phase I, if somebody gave some.
+fn taught_by(plan: Plan, demonstrations: Option<&Path>) -> anyhow::Result<Plan> {
+    let Some(path) = demonstrations else { return Ok(plan) };
+    let set = Demonstrations::read(path, &plan.spec)?;
+    let quality = set.quality();
+    eprintln!(
+        "metal: learning from {} steps of a person, {} with an accident, {:.0} % unlike the expert",
+        quality.steps,
+        quality.accidents,
+        100.0 * quality.disagreement
+    );
+    let mut file = plan.file;
+    file.watch_demonstrations(path);
+    Ok(Plan::check(file)?)
+}
+
+fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
+    let subject = match (&wishes.run, &wishes.experiment) {
+        (Some(folder), _) => Subject::run(folder)?,
+        (None, Some(file)) => Subject::experiment(plan::load(file, &wishes.set)?, &wishes.out)?,
+        (None, None) => Subject::experiment(plan::parse(experiments::PAPER, &wishes.set)?, &wishes.out)?,
+    };
+    let options = server::Options {
+        address: wishes.bind,
+        port: wishes.port,
+        seed: wishes.seed,
+        keep_token: wishes.keep_token,
+    };
+    let studio = server::Studio::open(subject, options)?;
+    if !wishes.bind.is_loopback() {
+        eprintln!(
+            "metal: warning: listening on {}: whoever can reach this address and knows the token can drive; \
+             the connection is not encrypted (safer: ssh -L PORT:localhost:PORT)",
+            wishes.bind
+        );
+    }
+    say(&format!("studio: {}\n", studio.url()))?;
+    ctrlc::set_handler(studio.quitter()).context("cannot listen to Ctrl-C")?;
+    if wishes.open {
+        show(&studio.url())?;
+    }
+    Ok(studio.serve()?)
+}
+
+/// Opens a page in the browser of this desktop.
+fn show(url: &str) -> anyhow::Result<()> {
+    let opener = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
+    std::process::Command::new(opener).arg(url).spawn().with_context(|| format!("cannot start {opener}"))?;
+    Ok(())
 }
 
 fn evaluate(eval: &Eval) -> anyhow::Result<()> {

@@ -67,6 +67,7 @@ fn help_texts_teach() {
         "reproduce",
         "run",
         "eval",
+        "studio",
         "aliasing",
         "list",
         "completions",
@@ -84,6 +85,20 @@ fn help_texts_teach() {
         assert!(output(&["--help"]).contains(command));
     }
     assert!(output(&["--version"]).starts_with("metal "));
+}
+
+#[test]
+fn the_studio_shows_roads_and_leaves_finished_runs_alone() {
+    let missing = complaint(1, &["studio", "--run", "/nowhere/at-all"]);
+    assert!(missing.contains("/nowhere/at-all") && missing.contains("not a run folder"), "{missing}");
+    let toy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments/toy.toml");
+    assert!(complaint(1, &["studio", "--experiment", toy]).contains("shows roads, and Toy-v0 is none"));
+    let folder = std::env::temp_dir().join(format!("metal-studio-taken-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("results.json"), "{}").unwrap();
+    let taken = complaint(1, &["studio", "--out", folder.to_str().unwrap()]);
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(taken.contains("holds a finished run") && taken.contains("--run"), "{taken}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 /// Kind, name in an experiment file, what it is.
-const ENTRIES: [(&str, &str, &str); 27] = [
+const ENTRIES: [(&str, &str, &str); 28] = [
     (
         "environment",
         "highway",
@@ -23,6 +23,7 @@ const ENTRIES: [(&str, &str, &str); 27] = [
     ("learner", "mlp", "a small neural network with replay"),
     ("learner", "given", "no learning: the sensor's reading is the expert's opinion"),
     ("acting", "\"advisor\"", "the environment's expert advisor (Phase I; the oracle)"),
+    ("acting", "{ demonstrations = FILE }", "a person, recorded in `metal studio` (Phase I)"),
     ("acting", "{ solo = MEMBER }", "one member alone: the full observer, a fixed subset of sensors"),
     ("acting", "{ fusion = FUSER }", "the whole roster through a fuser (Phase II)"),
     ("acting", "{ attention = NAME }", "an attention controller (Phase III)"),

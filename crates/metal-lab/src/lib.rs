@@ -9,14 +9,17 @@ pub mod traffic;
 pub mod catalogue;
 pub mod experiments;
 
+pub mod demonstrations;
 pub mod drives;
 pub mod evaluate;
 pub mod finish;
 pub mod mind;
 pub mod reevaluate;
 pub mod reproduce;
+mod teach;
 pub mod trace;
 pub mod train;
+pub mod watched;
 
 pub mod figures;
 pub mod paper;

@@ -129,7 +129,7 @@ impl Mind {
     pub fn policy(&self, plan: &Plan, acting: &Acting, roster: IndexSet, blind: usize) -> Box<dyn Policy> {
         let actions = plan.spec.actions.len();
         match acting {
-            Acting::Advisor => Box::new(Advisor),
+            Acting::Advisor | Acting::Demonstrations(_) => Box::new(Advisor),
             Acting::Solo(name) => Box::new(Solo::new(plan.member(name).expect("checked plan"), actions)),
             Acting::Fusion(fuser) => Box::new(Fusion::new(fuser.clone(), roster, actions)),
             Acting::Attention(name) => match self.students.get(name) {

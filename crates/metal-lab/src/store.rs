@@ -139,6 +139,18 @@ impl Store {
         std::fs::rename(&draft, &path).map_err(|e| at(&path, e))
     }
 
+    /// Removes `name`, if it is there.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn remove(&self, name: &str) -> Result<(), StoreError> {
+        let path = self.path(name);
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(at(&path, e)),
+            _ => Ok(()),
+        }
+    }
+
     /// Writes the plan and the card of a run.
     ///
     /// # Errors

@@ -16,8 +16,8 @@ use std::sync::{Arc, OnceLock};
 /// The frozen mind that ships with `Highway-v0`. `metal train-traffic` makes it again, bit for bit.
 const FROZEN: &[u8] = include_bytes!("../assets/highway-v0-traffic.mind");
 
-/// The one seed of the traffic's training.
-const SEED: u64 = 2012;
+/// The one seed of the traffic's training, chosen with the budget by the criteria of the world (docs/paper/fidelity.md).
+const SEED: u64 = 3;
 
 /// A full observer at the wheel of a red car: greedy, learning nothing.
 struct Observer {

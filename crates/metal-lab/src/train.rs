@@ -1,22 +1,21 @@
 //! Training one seed: the plan's tree of phases, each from the minds its parent left behind.
 
+use crate::demonstrations::{DemonstrationError, Demonstrations, Recording};
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
 use crate::progress::Progress;
-use crate::registry::Roads;
+use crate::teach::teach;
 use crate::trace::{Trace, Watcher};
-use metal_rl::counterfactual::judge::Verdict;
-use metal_rl::counterfactual::sight::Sight;
-use metal_rl::counterfactual::{
-    CounterfactualConfig, CounterfactualError, Graduate, Iterate, RollOuts, School, Workers, iterate,
-};
-use metal_rl::environment::EnvironmentError;
+use crate::watched::{Ear, Heard, Overheard, Wheel};
+use metal_rl::counterfactual::{CounterfactualError, Iterate};
+use metal_rl::environment::{Environment, EnvironmentError};
 use metal_rl::learner::LearnerError;
 use metal_rl::member::Member;
+use metal_rl::observe::Observer;
 use metal_rl::phase::Phase;
-use metal_rl::policy::Policy;
 use metal_rl::random::Streams;
 use metal_rl::run::{Stage, run};
+use metal_rl::view::Scaling;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
@@ -26,7 +25,7 @@ pub struct Trained {
     pub mind: Mind,
     /// What happened, episode by episode.
     pub trace: Trace,
-    /// Iterations of counterfactual policy iteration; none if the phase learned otherwise.
+    /// What each iteration of counterfactual policy iteration came to; empty for all other phases.
     pub diary: Vec<Iterate>,
 }
 
@@ -48,6 +47,9 @@ pub enum RunError {
     /// Counterfactual policy iteration is impossible here.
     #[error(transparent)]
     Counterfactual(CounterfactualError),
+    /// A set of demonstrations cannot be used.
+    #[error(transparent)]
+    Demonstrations(#[from] DemonstrationError),
     /// The user interrupted.
     #[error("interrupted")]
     Interrupted,
@@ -107,78 +109,91 @@ pub fn train_phase(
     streams: &Streams,
     progress: &dyn Progress,
 ) -> Result<Trained, RunError> {
-    let row = &plan.file.phase[name];
-    let phase = plan.phase(name);
-    let streams = streams.child("phase").child(name);
+    let mut environment = classroom(plan, name)?;
     let mut observer = Watcher { trace: Trace::new(&plan.spec), progress };
-    let mut environment = plan.file.environment.build()?;
-    let mut learn = |members: &mut [Member], policy: &mut dyn Policy, observer: &mut Watcher<'_>| {
-        let scaling = plan.file.scaling;
-        let mut stage = Stage { environment: environment.as_mut(), members, policy, scaling };
-        run(&mut stage, &phase, &streams, observer)
-    };
-    let mut diary = Vec::new();
-    if let Some((controller, config)) = plan.counterfactual(name) {
-        let graduate = teach(plan, (config, &phase), &mut mind, &streams, &mut observer)?;
-        mind.students.insert(controller.to_owned(), graduate.policy);
-        diary = graduate.diary;
-    } else if let Acting::Attention(controller) = &row.acting {
-        // Taken out for the phase, so that what it learns stays with this mind.
-        let mut attention = mind.take_attention(plan, controller, phase.roster, &streams)?;
-        learn(&mut mind.members, &mut attention, &mut observer)?;
-        mind.attention.insert(controller.clone(), attention);
-    } else {
-        let mut policy = mind.policy(plan, &row.acting, phase.roster, 0);
-        learn(&mut mind.members, policy.as_mut(), &mut observer)?;
-    }
+    let ear = &mut |_: &Heard<'_>| {};
+    let watch = Watch { environment: environment.as_mut(), observer: &mut observer, ear, progress };
+    let diary = learn_phase(plan, name, &mut mind, streams, watch)?;
     if progress.interrupted() {
         return Err(RunError::Interrupted);
     }
     Ok(Trained { mind, trace: observer.trace, diary })
 }
 
-/// Counterfactual policy iteration in the world of the plan; iterates are compared on validation roads, or on starts of
-/// their own where there are no roads.
-fn teach(
+/// The world of a phase: the plan's own, or the recording that its demonstrations are.
+///
+/// # Errors
+/// If the world cannot be built or the demonstrations cannot be read.
+pub fn classroom(plan: &Plan, name: &str) -> Result<Box<dyn Environment>, RunError> {
+    match &plan.file.phase[name].acting {
+        Acting::Demonstrations(path) => {
+            Ok(Box::new(Recording::new(Demonstrations::read(path, &plan.spec)?, &plan.spec)))
+        }
+        _ => Ok(plan.file.environment.build()?),
+    }
+}
+
+/// Where a phase is learned, and who watches.
+pub struct Watch<'a> {
+    /// The world, with the plan's contract.
+    pub environment: &'a mut dyn Environment,
+    /// Told of every step.
+    pub observer: &'a mut dyn Observer,
+    /// Told of every choice.
+    pub ear: Ear<'a>,
+    /// Asked whether to go on.
+    pub progress: &'a dyn Progress,
+}
+
+/// As [`train_phase`], in a world that stands ready and under the eyes and ears of anybody. If the world fails, what
+/// was learned until then stays in `mind`. Returns the diary of counterfactual policy iteration.
+///
+/// # Errors
+/// If the world fails or a learner cannot be built.
+pub fn learn_phase(
     plan: &Plan,
-    (config, phase): (&CounterfactualConfig, &Phase),
+    name: &str,
     mind: &mut Mind,
     streams: &Streams,
-    observer: &mut Watcher<'_>,
-) -> Result<Graduate, RunError> {
-    let scenario = plan.file.environment.training_scenario();
-    let mut environment = plan.file.environment.build()?;
-    let mut validation = plan.environment(&scenario, Some(&Roads::Validation)).build()?;
-    let progress = observer.progress;
-    let mut school = School {
-        environment: environment.as_mut(),
-        validation: validation.as_mut(),
-        members: &mut mind.members,
-        roster: phase.roster.iter().collect(),
-        scaling: plan.file.scaling,
-        judge: &RollOuts { workers: &Pool },
-        interrupted: &|| progress.interrupted(),
-    };
-    iterate(&mut school, config, phase, streams, observer).map_err(RunError::from)
+    watch: Watch<'_>,
+) -> Result<Vec<Iterate>, RunError> {
+    let row = &plan.file.phase[name];
+    let phase = plan.phase(name);
+    let streams = streams.child("phase").child(name);
+    let lesson = Lesson { phase: &phase, scaling: plan.file.scaling, streams: &streams };
+    if let Some((controller, config)) = plan.counterfactual(name) {
+        let graduate = teach(plan, (config, &phase), mind, &streams, watch)?;
+        mind.students.insert(controller.to_owned(), graduate.policy);
+        return Ok(graduate.diary);
+    }
+    if let Acting::Attention(controller) = &row.acting {
+        // Taken out for the phase, so that what it learns stays with this mind.
+        let mut attention = mind.take_attention(plan, controller, phase.roster, &streams)?;
+        let result = learn(&mut mind.members, Wheel::Attention(&mut attention), &lesson, watch);
+        mind.attention.insert(controller.clone(), attention);
+        result?;
+    } else {
+        let mut policy = mind.policy(plan, &row.acting, phase.roster, 0);
+        learn(&mut mind.members, Wheel::Other(policy.as_mut()), &lesson, watch)?;
+    }
+    Ok(Vec::new())
 }
 
-/// All threads there are; results come back in order, so that they do not depend on the number of threads.
-struct Pool;
-
-impl Workers for Pool {
-    fn map(&self, pieces: Vec<Vec<Sight>>, work: &(dyn Fn(Vec<Sight>) -> Verdict + Sync)) -> Vec<Verdict> {
-        use rayon::prelude::*;
-        pieces.into_par_iter().map(work).collect()
-    }
+/// What is to be learned.
+struct Lesson<'a> {
+    phase: &'a Phase,
+    scaling: Scaling,
+    streams: &'a Streams,
 }
 
-impl From<CounterfactualError> for RunError {
-    fn from(error: CounterfactualError) -> Self {
-        match error {
-            CounterfactualError::Environment(e) => Self::Environment(e),
-            CounterfactualError::Learner(e) => Self::Learner(e),
-            CounterfactualError::Interrupted => Self::Interrupted,
-            other => Self::Counterfactual(other),
-        }
-    }
+fn learn(
+    members: &mut [Member],
+    wheel: Wheel<'_>,
+    lesson: &Lesson<'_>,
+    watch: Watch<'_>,
+) -> Result<(), EnvironmentError> {
+    let Watch { environment, observer, ear, .. } = watch;
+    let mut policy = Overheard::new(wheel, ear);
+    let mut stage = Stage { environment, members, policy: &mut policy, scaling: lesson.scaling };
+    run(&mut stage, lesson.phase, lesson.streams, observer)
 }

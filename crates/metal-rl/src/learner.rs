@@ -40,6 +40,17 @@ pub struct Sample<'a> {
     pub demonstrated: bool,
 }
 
+/// A Gaussian of a learner that has some, for figures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bump {
+    /// The choice it belongs to.
+    pub choice: usize,
+    /// Its mean, one entry per input.
+    pub mean: Vec<f64>,
+    /// Its standard deviation along each input.
+    pub deviation: Vec<f64>,
+}
+
 /// A learner of action values and of degrees of support over a continuous state.
 ///
 /// Laws, tested for every learner: values and supports are finite for every finite state; a support is a distribution;
@@ -70,6 +81,11 @@ pub trait Learner: Send + Sync {
 
     /// Size of the model in its own natural unit (components, weights …) and that unit's name.
     fn size(&self) -> (usize, &'static str);
+
+    /// The Gaussians it is made of, if it is made of Gaussians.
+    fn bumps(&self) -> Vec<Bump> {
+        Vec::new()
+    }
 
     /// The complete state as bytes: thawing gives a learner that goes on bit for bit.
     fn freeze(&self) -> Vec<u8>;

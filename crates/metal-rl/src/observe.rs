@@ -2,6 +2,7 @@
 
 use crate::decision::DecisionState;
 use crate::environment::End;
+use crate::member::Member;
 use crate::view::Percept;
 
 /// One motor step, as it happened.
@@ -34,6 +35,9 @@ pub trait Observer {
 
     /// After every episode, when everybody has learned; `progress` of the phase in [0, 1].
     fn on_episode(&mut self, _episode: usize, _progress: f64) {}
+
+    /// After every episode: the members as they then are.
+    fn on_members(&mut self, _members: &[Member]) {}
 }
 
 /// Watches nothing.

@@ -50,6 +50,7 @@ pub fn run(
         steps += desk.episode(stage, phase, &streams.nth(episode as u64), (clock, observer))?;
         episode += 1;
         observer.on_episode(episode - 1, self::progress(phase.budget, episode, steps));
+        observer.on_members(stage.members);
     }
 }
 

@@ -14,7 +14,7 @@ use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec,
 use metal_rl::num;
 use metal_rl::random::Streams;
 use metal_worlds::highway::camera::{Region, Window};
-use metal_worlds::highway::expert::{Knowledge, advise};
+use metal_worlds::highway::expert::{Knowledge, Paths, advise};
 use metal_worlds::highway::kinematics::{ACTION_SECS, BODY_RADIUS_M, Twist};
 use metal_worlds::highway::measures::{NAMES, Touch, collect};
 use metal_worlds::highway::task::Facts;
@@ -352,14 +352,12 @@ impl Environment for RobotEnvironment {
     fn advise(&mut self) -> Option<usize> {
         // An advisor who cannot see gives no advice; the next sense or step reports the broken link.
         let (grounds, poses) = self.truth().ok()??;
-        // The expert's own model of the traffic has at most two cars.
-        let cars = &poses[1..poses.len().min(3)];
         Some(advise(&Knowledge {
             road: grounds[0].road(),
             task: &self.config.highway.task,
             learner: poses[0],
             last_turn_radps: self.last_turn_radps,
-            cars,
+            paths: Paths::lane_keepers(grounds[0].road(), &poses[1..]),
         }) as usize)
     }
 }

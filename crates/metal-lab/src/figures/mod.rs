@@ -10,7 +10,7 @@ mod look_map;
 mod looks;
 pub mod number;
 pub mod policy;
-mod road;
+pub mod road;
 mod road_view;
 mod scenes;
 mod sensitivity;

@@ -113,7 +113,7 @@ impl Plan {
                 rate: row.rate,
                 credit: row.credit,
                 bootstrap: row.bootstrap.as_deref().and_then(|n| self.member(n)),
-                demonstrated: row.acting == Acting::Advisor,
+                demonstrated: row.acting.is_watched(),
             },
             policy_learns: matches!(row.acting, Acting::Attention(_)),
             exploration: row.exploration,

@@ -12,6 +12,7 @@ use metal_rl::returns::Credit;
 use metal_rl::view::Scaling;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// An experiment file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -74,6 +75,8 @@ pub struct AttentionFile {
 pub enum Acting {
     /// The environment's expert advisor.
     Advisor,
+    /// A person, shown again from a file of demonstrations (see [`crate::demonstrations`]); only in a phase.
+    Demonstrations(PathBuf),
     /// One member by itself: the full observer, a fixed subset.
     Solo(String),
     /// The whole roster through a fuser. Eq. (7).
@@ -84,6 +87,23 @@ pub enum Acting {
     RandomLooks(f64),
     /// The best constant motor action (chosen on validation roads).
     Blind,
+}
+
+impl Acting {
+    /// Whether a flawless expert acts and all others watch: Phase I.
+    #[must_use]
+    pub fn is_watched(&self) -> bool {
+        matches!(self, Self::Advisor | Self::Demonstrations(_))
+    }
+}
+
+impl PlanFile {
+    /// Shows the demonstrations of `path` wherever the advisor would act in a phase.
+    pub fn watch_demonstrations(&mut self, path: &Path) {
+        for phase in self.phase.values_mut().filter(|phase| phase.acting.is_watched()) {
+            phase.acting = Acting::Demonstrations(path.to_path_buf());
+        }
+    }
 }
 
 /// A phase as a row of data.

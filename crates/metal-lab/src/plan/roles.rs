@@ -193,6 +193,10 @@ impl Plan {
         }
         self.check_roster(field, &row.roster)?;
         self.check_acting(field, &row.acting, &row.roster)?;
+        if let Acting::Demonstrations(_) = row.acting {
+            let message = "demonstrations: only a phase can watch them, nobody can be tested in a recording";
+            return Err(PlanError::at(format!("{field}.acting"), message));
+        }
         let Acting::Attention(name) = &row.acting else { return Ok(()) };
         if !self.is_trained_by(row.after.as_deref(), name) {
             let message = match &row.after {
@@ -296,7 +300,7 @@ impl Plan {
             return Err(unknown("subsets.budget_of", "phase", strange, phases()));
         }
         limits::once("subsets.budget_of", &subsets.budget_of)?;
-        if subsets.budget_of.iter().all(|name| self.file.phase[name].acting == Acting::Advisor) {
+        if subsets.budget_of.iter().all(|name| self.file.phase[name].acting.is_watched()) {
             let message =
                 "names no phase in which the mind acts by itself: a subset would have nothing to learn from";
             return Err(PlanError::at("subsets.budget_of", message));
@@ -312,7 +316,7 @@ fn check_attendance(field: &str, row: &PhaseFile) -> Result<(), PlanError> {
             let message = "blind: only a policy can be blind, its action is chosen after training";
             Err(PlanError::at(format!("{field}.acting"), message))
         }
-        Acting::Advisor if row.sensing == Sensing::OnDemand => {
+        Acting::Advisor | Acting::Demonstrations(_) if row.sensing == Sensing::OnDemand => {
             let message =
                 "on_demand: an advisor consults nobody, so nobody would learn; write sensing = \"everyone\"";
             Err(PlanError::at(format!("{field}.sensing"), message))

@@ -63,8 +63,7 @@ fn words(phase: &str) -> String {
 
 /// The phases a subset watches stay as they are; the steps of all others become one phase of its own.
 fn fixed(file: &PlanFile, subsets: &SubsetsFile) -> Row {
-    let is_watched =
-        |name: &&String| file.phase.get(*name).is_some_and(|row| row.acting == crate::plan::Acting::Advisor);
+    let is_watched = |name: &&String| file.phase.get(*name).is_some_and(|row| row.acting.is_watched());
     let (watched, driven): (Vec<&String>, Vec<&String>) = subsets.budget_of.iter().partition(is_watched);
     let part = |name: &&String| {
         let row = file.phase.get(*name)?;

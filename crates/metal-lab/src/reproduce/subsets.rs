@@ -119,8 +119,8 @@ fn own_learner(plan: &Plan, rows: &SubsetsFile, (sensors, share): (IndexSet, f64
     let learner = rows.learner.clone().unwrap_or_default();
     file.member = BTreeMap::from([(SUBSET.to_owned(), MemberFile { sensors, learner })]);
     file.attention.clear();
-    let watched = rows.budget_of.iter().find(|n| file.phase[*n].acting == Acting::Advisor).cloned();
-    let active = rows.budget_of.iter().filter(|n| file.phase[*n].acting != Acting::Advisor);
+    let watched = rows.budget_of.iter().find(|n| file.phase[*n].acting.is_watched()).cloned();
+    let active = rows.budget_of.iter().filter(|n| !file.phase[*n].acting.is_watched());
     let steps = steps(plan, active, share);
     let like = file.phase[&rows.like].clone();
     let mut phases = BTreeMap::new();

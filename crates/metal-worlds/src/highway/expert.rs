@@ -2,16 +2,16 @@
 //! cars are going to take (reading R52).
 
 use super::kinematics::{
-    ACTION_SECS, BODY_RADIUS_M, MotorAction, SUBSTEP_SECS, SUBSTEPS, TURN_RADPS, advance,
+    ACTION_SECS, BODY_RADIUS_M, MotorAction, SUBSTEP_SECS, SUBSTEPS, TURN_RADPS, Twist, advance,
 };
 use super::pose::Pose;
 use super::road::{Place, Road};
 use super::task::{Facts, LANE_FREE_M, Task};
-use super::traffic::CARS;
+use super::traffic::{CARS, car_twist, scripted_action};
 use metal_rl::num;
 
 /// Motor actions looked ahead.
-pub(super) const DEPTH: usize = 8;
+const DEPTH: usize = 8;
 /// Plans kept after each of them.
 const BEAM: usize = 28;
 /// What the expert adds to every car's radius, in metres: it keeps this clear of what it predicts.
@@ -32,10 +32,8 @@ pub struct Knowledge<'a> {
     pub learner: Pose,
     /// Turning rate of the learner's last action, in radians per second.
     pub last_turn_radps: f64,
-    /// Where the red cars will be, action by action.
-    pub paths: &'a [Path; DEPTH],
-    /// Number of red cars.
-    pub car_count: usize,
+    /// Where the red cars will be.
+    pub paths: Paths,
 }
 
 /// A plan: its first action, where it has led and what it has cost.
@@ -108,17 +106,57 @@ fn alike(one: &Plan, other: &Plan) -> bool {
 }
 
 /// Where the cars are in the middle and at the end of an action.
-pub(super) type Path = [[Pose; CARS]; 2];
+type Path = [[Pose; CARS]; 2];
+
+/// Where the red cars will be, as far as the expert looks ahead.
+#[derive(Clone, Copy, Debug)]
+pub struct Paths {
+    cars: usize,
+    actions: [Path; DEPTH],
+}
+
+impl Paths {
+    /// The paths of `cars` that do what `drive` says: given the number of a car and where all cars are, its motion for
+    /// the length of one action. Cars beyond [`CARS`] are left out.
+    #[must_use]
+    pub fn predict(cars: &[Pose], mut drive: impl FnMut(usize, &[Pose; CARS]) -> Twist) -> Self {
+        let mut now = [Pose::default(); CARS];
+        let cars = &cars[..cars.len().min(CARS)];
+        now[..cars.len()].copy_from_slice(cars);
+        let mut actions = [[now; 2]; DEPTH];
+        for path in &mut actions {
+            let before = now;
+            for (car, pose) in now.iter_mut().enumerate().take(cars.len()) {
+                let twist = drive(car, &before);
+                path[0][car] = advance(*pose, twist, 0.5 * ACTION_SECS);
+                path[1][car] = advance(path[0][car], twist, 0.5 * ACTION_SECS);
+                *pose = path[1][car];
+            }
+        }
+        Self { cars: cars.len(), actions }
+    }
+
+    /// The paths of cars of which nothing is known but where they are: they keep their lanes.
+    #[must_use]
+    pub fn lane_keepers(road: &Road, cars: &[Pose]) -> Self {
+        Self::predict(cars, |car, poses| car_twist(scripted_action(road, &poses[car], &[])))
+    }
+
+    /// Free distance to the nearest car, in metres.
+    fn gap_m(&self, body: &Pose, moment: &[Pose; CARS]) -> f64 {
+        let gaps = moment[..self.cars].iter().map(|car| car.distance_m(body) - 2.0 * BODY_RADIUS_M);
+        gaps.fold(f64::INFINITY, f64::min)
+    }
+}
 
 /// The plan, one action longer.
 fn extend(knowledge: &Knowledge, plan: &Plan, action: MotorAction, depth: usize) -> Plan {
-    let path = &knowledge.paths[depth];
+    let path = &knowledge.paths.actions[depth];
     let twist = action.twist();
     let middle = advance(plan.body, twist, (SUBSTEPS / 2) as f64 * SUBSTEP_SECS);
     let body = advance(middle, twist, (SUBSTEPS - SUBSTEPS / 2) as f64 * SUBSTEP_SECS);
-    let cars = knowledge.car_count;
-    let gap_then = gap_m(&middle, &path[0][..cars]) - CARE_M;
-    let gap_m = gap_m(&body, &path[1][..cars]) - CARE_M;
+    let gap_then = knowledge.paths.gap_m(&middle, &path[0]) - CARE_M;
+    let gap_m = knowledge.paths.gap_m(&body, &path[1]) - CARE_M;
     let place = knowledge.road.locate(body.x_m, body.y_m);
     let direction = place.direction(body.heading_rad);
     let facts = Facts {
@@ -130,19 +168,15 @@ fn extend(knowledge: &Knowledge, plan: &Plan, action: MotorAction, depth: usize)
         last_turn_radps: plan.turn_radps,
     };
     let cost = plan.cost + knowledge.task.motor_cost(&facts).total();
-    let outlook = cost + to_come(&place, &body) + threat(&body, &knowledge.paths[depth + 1..], cars);
+    let outlook = cost + to_come(&place, &body) + threat(&body, &knowledge.paths, depth);
     Plan { first: plan.first, body, turn_radps: twist.turn_radps, cost, outlook }
-}
-
-/// Free distance to the nearest car, in metres.
-fn gap_m(body: &Pose, cars: &[Pose]) -> f64 {
-    cars.iter().map(|car| car.distance_m(body) - 2.0 * BODY_RADIUS_M).fold(f64::INFINITY, f64::min)
 }
 
 /// A guess at the cost of being where a car will pass within the horizon: without it the plans that begin to dodge in
 /// time, and pay for it, are dropped before the others meet the car.
-fn threat(body: &Pose, paths: &[Path], cars: usize) -> f64 {
-    let nearest = paths.iter().map(|path| gap_m(body, &path[1][..cars])).fold(f64::INFINITY, f64::min);
+fn threat(body: &Pose, paths: &Paths, depth: usize) -> f64 {
+    let later = paths.actions[depth + 1..].iter().map(|path| paths.gap_m(body, &path[1]));
+    let nearest = later.fold(f64::INFINITY, f64::min);
     if nearest < CARE_M { THREAT * (1.0 - nearest / (2.0 * BODY_RADIUS_M)) } else { 0.0 }
 }
 
@@ -165,11 +199,8 @@ mod tests {
 
     /// The advice among cars that stand still.
     fn advice(learner: Pose, road: &Road, cars: &[Pose]) -> MotorAction {
-        let mut standing = [Pose::default(); CARS];
-        standing[..cars.len()].copy_from_slice(cars);
-        let paths = [[standing; 2]; DEPTH];
-        let task = Task::default();
-        advise(&Knowledge { road, task: &task, learner, last_turn_radps: 0.0, paths: &paths, car_count: cars.len() })
+        let paths = Paths::predict(cars, |_, _| Twist::default());
+        advise(&Knowledge { road, task: &Task::default(), learner, last_turn_radps: 0.0, paths })
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub use traffic::{Driver, Steering, VISION};
 
 use camera::{COLUMNS, Camera, Obstacle, ROWS, Region, Scene, Window};
 use infrared::Infrared;
-use kinematics::{ACTION_SECS, BODY_RADIUS_M, SUBSTEP_SECS, SUBSTEPS, Twist, advance};
+use kinematics::{BODY_RADIUS_M, SUBSTEP_SECS, SUBSTEPS, Twist, advance};
 use measures::Touch;
 use metal_rl::environment::{
     End, Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome, SensorSpec,
@@ -262,21 +262,13 @@ impl Highway {
     }
 
     /// Where the red cars will be: they drive as they always do, and do not mind the learner.
-    fn foresee(&self) -> [expert::Path; expert::DEPTH] {
-        let mut bodies = self.bodies;
-        bodies[0].x_m += OUT_OF_SIGHT_M;
-        let mut paths = [[[Pose::default(); CARS]; 2]; expert::DEPTH];
-        for path in &mut paths {
-            let mut next = bodies;
-            for car in 1..self.body_count {
-                let twist = self.cars_twist(car, &bodies);
-                path[0][car - 1] = advance(bodies[car], twist, 0.5 * ACTION_SECS);
-                path[1][car - 1] = advance(path[0][car - 1], twist, 0.5 * ACTION_SECS);
-                next[car] = path[1][car - 1];
-            }
-            bodies = next;
-        }
-        paths
+    fn foresee(&self) -> expert::Paths {
+        expert::Paths::predict(self.cars(), |car, poses| {
+            let mut bodies = self.bodies;
+            bodies[0].x_m += OUT_OF_SIGHT_M;
+            bodies[1..].copy_from_slice(poses);
+            self.cars_twist(1 + car, &bodies)
+        })
     }
 
     /// Moves everybody for one substep and notes the learner's contacts.
@@ -378,8 +370,7 @@ impl Environment for Highway {
             task: &self.shared.config.task,
             learner: self.bodies[0],
             last_turn_radps: self.last_turn_radps,
-            paths: &self.foresee(),
-            car_count: self.cars().len(),
+            paths: self.foresee(),
         }) as usize)
     }
 

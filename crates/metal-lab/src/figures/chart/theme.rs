@@ -82,6 +82,7 @@ const PIXELS: &[(&str, &str)] = &[
     ("px-side", "#4f9d55"),
     ("px-sky", "#cfe0ee"),
     ("px-mark", "#f0e442"),
+    ("px-shade", "#0b0e12"),
 ];
 
 /// The rules that make a drawing follow the theme: variables, the sizes of text, and the switch to dark.

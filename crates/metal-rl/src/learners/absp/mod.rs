@@ -19,7 +19,7 @@ mod mixture;
 
 use super::frozen;
 use super::settings::{POSITIVE, Settings};
-use crate::learner::{Dims, Learner, LearnerError, Rate, Sample};
+use crate::learner::{Bump, Dims, Learner, LearnerError, Rate, Sample};
 use crate::num;
 pub(super) use bank::{Bank, normalise_logs};
 pub use frame::Shape;
@@ -330,6 +330,20 @@ impl Learner for Absp {
 
     fn size(&self) -> (usize, &'static str) {
         (self.bank.components(), "components")
+    }
+
+    fn bumps(&self) -> Vec<Bump> {
+        let of_choice = |(choice, mixture): (usize, &mixture::Mixture)| {
+            let gaussians = &mixture.gaussians;
+            let dims = self.bank.frame.dims;
+            let bump = |c: usize| Bump {
+                choice,
+                mean: (0..dims).map(|i| gaussians.mean(c, i)).collect(),
+                deviation: (0..dims).map(|i| gaussians.covariance(c, i, i).sqrt()).collect(),
+            };
+            (0..mixture.len()).map(bump).collect::<Vec<_>>()
+        };
+        self.bank.mixtures().iter().enumerate().flat_map(of_choice).collect()
     }
 
     fn freeze(&self) -> Vec<u8> {

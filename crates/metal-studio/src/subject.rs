@@ -1,0 +1,199 @@
+//! What the studio is opened on: an experiment, or the folder of a run with its trained minds.
+
+use metal_lab::mind::Mind;
+use metal_lab::plan::{self, Acting, Plan, PlanError};
+use metal_lab::results::Results;
+use metal_lab::store::{Store, StoreError};
+use metal_lab::train::RunError;
+use metal_rl::random::Streams;
+use metal_rl::set::IndexSet;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Somebody who can be put at the wheel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Driver {
+    /// For people.
+    pub label: String,
+    /// Who acts.
+    pub acting: Acting,
+    /// Who may be consulted.
+    pub roster: IndexSet,
+    /// Where its mind is kept.
+    pub home: Home,
+}
+
+/// Where a mind comes from.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Home {
+    /// Nobody taught it anything.
+    Newborn,
+    /// A training in the run folder: which one, and after which phase.
+    Folder(usize, String),
+    /// A phase that was trained in this session.
+    Fresh(String),
+}
+
+/// The experiment, its folder, and who can drive.
+pub struct Subject {
+    /// The experiment.
+    pub plan: Arc<Plan>,
+    /// Where demonstrations and minds are written; nothing else is.
+    pub store: Store,
+    /// The numbers of the finished run, if the subject is one.
+    pub results: Option<Results>,
+    /// Who can drive.
+    pub drivers: Vec<Driver>,
+    blind: usize,
+    minds: BTreeMap<Home, Arc<Mind>>,
+    is_run: bool,
+}
+
+/// Why there is nothing to show.
+#[derive(Debug, thiserror::Error)]
+pub enum SubjectError {
+    /// The folder of the run.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The experiment.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// A mind.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The folder belongs to a run that was not made here.
+    #[error("{}: holds a finished run; open it with --run, or name another folder with --out", .0.display())]
+    Taken(std::path::PathBuf),
+    /// The world is no road.
+    #[error("the studio shows roads, and {0} is none; choose an experiment in the highway")]
+    NoRoad(String),
+}
+
+impl Subject {
+    /// An experiment whose minds are still to be trained; `out` is where the studio may write.
+    ///
+    /// # Errors
+    /// If its world is not the highway or the folder cannot be made.
+    pub fn experiment(plan: Plan, out: &Path) -> Result<Self, SubjectError> {
+        if out.join("results.json").exists() {
+            return Err(SubjectError::Taken(out.to_path_buf()));
+        }
+        is_road(&plan)?;
+        Self::new(plan, Store::create(out)?, None)
+    }
+
+    /// A finished run.
+    ///
+    /// # Errors
+    /// If the folder is none of a run.
+    pub fn run(folder: &Path) -> Result<Self, SubjectError> {
+        let store = Store::open(folder)?;
+        let (plan, card) = store.read_run()?;
+        let results = std::fs::read_to_string(store.path("results.json")).ok();
+        let results = results.and_then(|text| serde_json::from_str(&text).ok());
+        let mut subject = Self::new(plan, store, results)?;
+        subject.blind = card.blind;
+        subject.is_run = true;
+        subject.list_folder(card.seeds);
+        Ok(subject)
+    }
+
+    fn new(plan: Plan, store: Store, results: Option<Results>) -> Result<Self, SubjectError> {
+        is_road(&plan)?;
+        let newborn = Mind::newborn(&plan, &Streams::new(0)).map_err(RunError::from)?;
+        let minds = BTreeMap::from([(Home::Newborn, Arc::new(newborn))]);
+        let (drivers, plan) = (Vec::new(), Arc::new(plan));
+        let mut subject = Self { plan, store, results, drivers, blind: 0, minds, is_run: false };
+        subject.drivers = subject.rows(&|_, after| after.is_none().then_some(Home::Newborn), "");
+        Ok(subject)
+    }
+
+    /// Rows of the plan's comparison whose minds are at `home`.
+    fn rows(&self, home: &dyn Fn(&str, Option<&str>) -> Option<Home>, note: &str) -> Vec<Driver> {
+        let rows = self.plan.file.policy.iter();
+        let named = rows.filter_map(|(name, row)| {
+            let label = format!("{}{note}", metal_lab::figures::policy::short_label(name));
+            let (acting, roster) = (row.acting.clone(), self.plan.roster(&row.roster));
+            Some((name, Driver { label, acting, roster, home: home(name, row.after.as_deref())? }))
+        });
+        let mut named: Vec<(&String, Driver)> = named.collect();
+        let place = |name: &str| metal_lab::figures::policy::ORDER.iter().position(|p| *p == name);
+        named.sort_by_key(|(name, _)| place(name).unwrap_or(usize::MAX));
+        named.into_iter().map(|(_, driver)| driver).collect()
+    }
+
+    fn list_folder(&mut self, seeds: usize) {
+        let mut found = Vec::new();
+        for seed in 0..seeds {
+            let home = |_: &str, after: Option<&str>| after.map(|phase| Home::Folder(seed, phase.to_owned()));
+            found.extend(self.rows(&home, &format!(", training {}", seed + 1)));
+        }
+        found.append(&mut self.drivers);
+        self.drivers = found;
+    }
+
+    /// Takes in what a phase of this session's training has left behind.
+    pub fn add_fresh(&mut self, phase: &str, mind: Mind) {
+        self.minds.insert(Home::Fresh(phase.to_owned()), Arc::new(mind));
+        let fresh =
+            |_: &str, after: Option<&str>| (after == Some(phase)).then(|| Home::Fresh(phase.to_owned()));
+        for driver in self.rows(&fresh, ", trained here") {
+            if !self.drivers.contains(&driver) {
+                self.drivers.push(driver);
+            }
+        }
+    }
+
+    /// The mind of a driver, read from the folder when it is first asked for.
+    ///
+    /// # Errors
+    /// If its file is missing or damaged.
+    pub fn mind(&mut self, driver: &Driver) -> Result<Arc<Mind>, SubjectError> {
+        if let Some(mind) = self.minds.get(&driver.home) {
+            return Ok(mind.clone());
+        }
+        let Home::Folder(seed, phase) = &driver.home else {
+            return Ok(self.minds[&Home::Newborn].clone());
+        };
+        let mind = Arc::new(self.store.read_mind(&self.plan, *seed, phase)?);
+        self.minds.insert(driver.home.clone(), mind.clone());
+        Ok(mind)
+    }
+
+    /// The constant action of the blind driver.
+    #[must_use]
+    pub fn blind(&self) -> usize {
+        self.blind
+    }
+
+    /// Whether the folder holds a finished run, which nobody may overwrite.
+    #[must_use]
+    pub fn is_run(&self) -> bool {
+        self.is_run
+    }
+
+    /// Who drives first: attention control if somebody trained it, else the expert.
+    #[must_use]
+    pub fn first_driver(&self) -> usize {
+        let attends = |d: &Driver| matches!(d.acting, Acting::Attention(_));
+        let expert = |d: &Driver| d.acting == Acting::Advisor;
+        let find = |is: &dyn Fn(&Driver) -> bool| self.drivers.iter().position(is);
+        find(&attends).or_else(|| find(&expert)).unwrap_or(0)
+    }
+}
+
+fn is_road(plan: &Plan) -> Result<(), SubjectError> {
+    match plan.file.environment.as_highway() {
+        Some(_) => Ok(()),
+        None => Err(SubjectError::NoRoad(plan.spec.id.clone())),
+    }
+}
+
+/// The experiment that the studio opens when none is named.
+///
+/// # Errors
+/// Never, as long as the program's own experiment is right.
+pub fn paper() -> Result<Plan, PlanError> {
+    plan::parse(metal_lab::experiments::PAPER, &[])
+}

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 /// Kind, name in an experiment file, what it is.
-const ENTRIES: [(&str, &str, &str); 26] = [
+const ENTRIES: [(&str, &str, &str); 28] = [
     (
         "environment",
         "highway",
@@ -12,6 +12,8 @@ const ENTRIES: [(&str, &str, &str); 26] = [
     ("environment", "maze", "Maze-v0: the n x n maze of Eq. (14), two sensors, X and Y"),
     ("environment", "puddle", "Puddle-v0: the usual proving ground of continuous reinforcement learning"),
     ("environment", "toy", "Toy-v0: seven experts and one move; the optimum is known exactly"),
+    ("environment", "cube", "Cube-v0: classification with 20 features that cost"),
+    ("environment", "cube_nm", "CubeNM-v0: the same in five contexts; which one, must be bought, too"),
     (
         "learner",
         "absp",

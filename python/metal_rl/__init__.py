@@ -14,6 +14,7 @@ from metal_rl.priced import PricedSensors
 from metal_rl.registration import register
 from metal_rl.sensor_cost import SensorCostEnv
 from metal_rl.sensors import Sensor
+from metal_rl.sweep import Plan, Run, sweep
 from metal_rl.tasks import BuiltIn, Task
 
 __all__ = [
@@ -26,7 +27,9 @@ __all__ = [
     "MetalError",
     "MetalVectorEnv",
     "Mind",
+    "Plan",
     "PricedSensors",
+    "Run",
     "Score",
     "Sensor",
     "SensorCostEnv",
@@ -36,6 +39,7 @@ __all__ = [
     "check",
     "learn",
     "load",
+    "sweep",
 ]
 
 register()

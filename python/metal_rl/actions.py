@@ -75,3 +75,10 @@ def _name(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return "[" + " ".join(f"{x:g}" for x in value.ravel()) + "]"
     return str(value)
+
+
+def nearest(values: Sequence[Any], action: Any) -> int:
+    """Index of the declared value that is nearest to `action`."""
+    target = np.asarray(action, dtype=np.float64)
+    distances = [np.abs(np.asarray(value, dtype=np.float64) - target).sum() for value in values]
+    return int(np.argmin(distances))

@@ -11,6 +11,7 @@ import gymnasium as gym
 import numpy as np
 
 from metal_rl import _core, actions as motor
+from metal_rl.demonstrations import Recording
 from metal_rl.errors import refuse
 from metal_rl.sensors import Sensor
 from metal_rl.tasks import Spec
@@ -28,7 +29,7 @@ class PricedSensors(Spec):
 
     Nothing of an observation reaches the mind unless the sensor it belongs to is asked and paid; sensors that are
     functions are called only then. `expert` is an advisor for Phase I: a function of the environment that returns the
-    index of a motor action. `test_env` is where tests happen, if not in `env`.
+    index of a motor action; `demonstrations` are recordings of one instead, such as a Minari dataset. `test_env` is where tests happen, if not in `env`.
     """
 
     def __init__(
@@ -38,6 +39,7 @@ class PricedSensors(Spec):
         actions: Any = None,
         *,
         expert: Callable[[gym.Env], int] | None = None,
+        demonstrations: Any = None,
         test_env: gym.Env | None = None,
         name: str | None = None,
     ) -> None:
@@ -51,9 +53,9 @@ class PricedSensors(Spec):
         self._id = name or (env.spec.id if env.spec else type(env.unwrapped).__name__)
         self._observation: Any = None
         self._bounds = self._ranges()
-        tests = self if test_env is None else self._elsewhere(test_env)
-        self.core = _core.Task.python(self, tests)
-        self._tests = tests
+        self._tests = self if test_env is None else self._elsewhere(test_env)
+        watched = self if demonstrations is None else self._recorded(demonstrations)
+        self.core = _core.Task.python(self, watched, self._tests)
         json.loads(self.core.spec())
 
     def world(self, testing: bool = False) -> PythonWorld:
@@ -65,6 +67,12 @@ class PricedSensors(Spec):
             raise refuse("test_env", "has other actions or observations than env")
         other = copy.copy(self)
         other.env, other._observation = env, None
+        return other
+
+    def _recorded(self, demonstrations: Any) -> PricedSensors:
+        tape = Recording(demonstrations, self.env.observation_space, self.env.action_space)
+        other = self._elsewhere(tape)
+        other.expert = lambda env: motor.nearest(self._values, env.action)
         return other
 
     # What Rust calls.

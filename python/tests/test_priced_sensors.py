@@ -207,6 +207,14 @@ def test_an_expert_is_watched_first():
     assert mind.evaluate(task, driver="expert").total == 0.0
 
 
+def test_an_expert_that_is_not_there_cannot_drive(signpost):
+    mind = metal_rl.learn(signpost, phases={"fusion": 10, "attention": 10})
+    with pytest.raises(metal_rl.MetalError, match="no expert"):
+        mind.evaluate(signpost, driver="expert")
+    with pytest.raises(metal_rl.MetalError, match="nobody"):
+        mind.evaluate(signpost, driver="nobody")
+
+
 def test_a_check_says_what_is_badly_posed(signpost):
     found = metal_rl.check(signpost)
     assert found.blind["left"] == pytest.approx(-0.5, abs=0.3) and not found.problems

@@ -123,29 +123,43 @@ fn copy(values: &[f64], out: &mut [f64]) -> PyResult<()> {
 pub struct PythonTask {
     body: Py<PyAny>,
     testing: Py<PyAny>,
+    watching: Py<PyAny>,
     spec: EnvironmentSpec,
     opinions: Vec<usize>,
     failure: Failure,
 }
 
 impl PythonTask {
-    /// The task of `body`; tests happen in `testing`.
-    pub fn new(body: &Bound<'_, PyAny>, testing: &Bound<'_, PyAny>, failure: Failure) -> PyResult<Self> {
+    /// The task of `body`; tests happen in `testing`, and an expert is watched in `watching`.
+    pub fn new(
+        body: &Bound<'_, PyAny>,
+        (watching, testing): (&Bound<'_, PyAny>, &Bound<'_, PyAny>),
+        failure: Failure,
+    ) -> PyResult<Self> {
         let opinions = body.call_method0("_opinions")?.extract()?;
         let spec = spec_of(body)?;
-        Ok(Self { body: body.clone().unbind(), testing: testing.clone().unbind(), spec, opinions, failure })
+        let own = |object: &Bound<'_, PyAny>| object.clone().unbind();
+        let (body, watching, testing) = (own(body), own(watching), own(testing));
+        Ok(Self { body, testing, watching, spec, opinions, failure })
+    }
+
+    fn world(&self, body: &Py<PyAny>) -> Box<dyn Environment> {
+        let body = Python::attach(|py| body.clone_ref(py));
+        Box::new(PythonWorld::new(body, self.spec.clone(), self.failure.clone()))
     }
 }
 
 impl metal_lab::task::Task for PythonTask {
     fn training(&self) -> Result<Box<dyn Environment>, RunError> {
-        let body = Python::attach(|py| self.body.clone_ref(py));
-        Ok(Box::new(PythonWorld::new(body, self.spec.clone(), self.failure.clone())))
+        Ok(self.world(&self.body))
     }
 
     fn testing(&self) -> Result<Box<dyn Environment>, RunError> {
-        let body = Python::attach(|py| self.testing.clone_ref(py));
-        Ok(Box::new(PythonWorld::new(body, self.spec.clone(), self.failure.clone())))
+        Ok(self.world(&self.testing))
+    }
+
+    fn watching(&self) -> Result<Box<dyn Environment>, RunError> {
+        Ok(self.world(&self.watching))
     }
 
     fn is_parallel(&self) -> bool {

@@ -28,12 +28,16 @@ impl Task {
         })
     }
 
-    /// The task that the Python object `body` plays; tests happen in `testing`.
+    /// The task that the Python object `body` plays; an expert is watched in `watching`, tests happen in `testing`.
     #[staticmethod]
-    fn python(body: &Bound<'_, PyAny>, testing: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn python(
+        body: &Bound<'_, PyAny>,
+        watching: &Bound<'_, PyAny>,
+        testing: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
         guarded(|| {
             let failure = Failure::default();
-            let inner = Arc::new(PythonTask::new(body, testing, failure.clone())?);
+            let inner = Arc::new(PythonTask::new(body, (watching, testing), failure.clone())?);
             Ok(Self { inner, failure, native: false })
         })
     }

@@ -87,6 +87,10 @@ impl LabTask for Stoppable {
         Ok(self.wrap(self.inner.testing()?))
     }
 
+    fn watching(&self) -> Result<Box<dyn Environment>, RunError> {
+        Ok(self.wrap(self.inner.watching()?))
+    }
+
     fn is_parallel(&self) -> bool {
         self.inner.is_parallel()
     }

@@ -204,6 +204,10 @@ impl Task for AtPrice<'_> {
         Ok(Box::new(Priced::new(self.task.training()?, self.factor)))
     }
 
+    fn watching(&self) -> Result<Box<dyn metal_rl::environment::Environment>, RunError> {
+        Ok(Box::new(Priced::new(self.task.watching()?, self.factor)))
+    }
+
     fn is_parallel(&self) -> bool {
         self.task.is_parallel()
     }

@@ -109,9 +109,9 @@ pub(super) fn train_subset(
     let member = crate::task::born(desk.spec, ("subset", &list), &recipe.observer, streams)?;
     let actions = desk.spec.actions.len();
     let mut student = Student { member: vec![member], recipe: recipe.clone(), actions };
-    let mut world = desk.task.training()?;
     let mut teller = Teller(desk.progress);
     let alone = IndexSet::first(1);
+    let mut world = desk.task.watching()?;
     world.reset(0)?;
     if recipe.demonstration > 0 && world.advise().is_some() {
         let mut phase = crate::task::phase("demonstration", alone, recipe, recipe.demonstration);
@@ -120,6 +120,7 @@ pub(super) fn train_subset(
         phase.lessons.demonstrated = true;
         student.learn(world.as_mut(), &phase, &mut Advisor, (streams, &mut teller))?;
     }
+    let mut world = desk.task.training()?;
     let steps = ((recipe.steps() as f64 * share) as usize).max(1);
     let mut phase = crate::task::phase("alone", alone, recipe, steps);
     phase.exploration = recipe.exploration;

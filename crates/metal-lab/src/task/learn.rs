@@ -27,7 +27,10 @@ pub fn learn(
     let mut environment = task.training()?;
     let mut mind = Learned::newborn(environment.spec(), &task.opinions(), recipe, streams)?;
     let mut school = School { environment: environment.as_mut(), streams, observer };
-    school.demonstration(&mut mind)?;
+    if recipe.demonstration > 0 {
+        School { environment: task.watching()?.as_mut(), streams, observer: &mut *school.observer }
+            .demonstration(&mut mind)?;
+    }
     school.full_observer(&mut mind)?;
     school.fusion(&mut mind)?;
     school.attention(&mut mind)?;
@@ -44,9 +47,6 @@ struct School<'a> {
 impl School<'_> {
     /// Phase I, where the world has an advisor.
     fn demonstration(&mut self, mind: &mut Learned) -> Result<(), RunError> {
-        if mind.recipe.demonstration == 0 {
-            return Ok(());
-        }
         self.environment.reset(0)?;
         if self.environment.advise().is_none() {
             return Ok(());

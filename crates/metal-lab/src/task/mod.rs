@@ -41,6 +41,14 @@ pub trait Task: Sync {
         self.training()
     }
 
+    /// A world in which an expert is watched (Phase I): the one to learn in, or a recording.
+    ///
+    /// # Errors
+    /// If it cannot be built.
+    fn watching(&self) -> Result<Box<dyn Environment>, RunError> {
+        self.training()
+    }
+
     /// Whether several of its worlds may be used at the same time.
     fn is_parallel(&self) -> bool {
         true

@@ -2,6 +2,7 @@
 
 use super::Task;
 use super::mind::Learned;
+use crate::plan::PlanError;
 use crate::train::RunError;
 use metal_rl::environment::Environment;
 use metal_rl::member::Member;
@@ -114,7 +115,7 @@ impl Observer for Scorer {
 /// Lets `driver` of `mind` take `episodes` of the task's testing world; the same `streams` give the same episodes.
 ///
 /// # Errors
-/// If the world fails, or nobody controls attention yet.
+/// If the world fails, nobody controls attention yet, or an advisor is asked of a task without one.
 pub fn trial(
     task: &dyn Task,
     mind: &Learned,
@@ -123,6 +124,10 @@ pub fn trial(
 ) -> Result<Score, RunError> {
     let mut environment = task.testing()?;
     let actions = mind.spec.actions.len();
+    if driver == Driver::Advisor {
+        environment.reset(0)?;
+        environment.advise().ok_or_else(|| PlanError::at("driver", "this task has no expert advisor"))?;
+    }
     let mut policy: Box<dyn Policy> = match driver {
         Driver::Advisor => Box::new(Advisor),
         Driver::Blind(action) => Box::new(Blind { action }),
@@ -156,5 +161,5 @@ pub(crate) fn drive(
 }
 
 fn no_controller() -> RunError {
-    crate::plan::PlanError::at("attention", "nobody controls attention: Phase III did not take place").into()
+    PlanError::at("attention", "nobody controls attention: Phase III did not take place").into()
 }

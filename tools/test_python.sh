@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The Python package: builds it into an environment of its own, runs its tests and the programs of its guide.
-# With `--peers` the peers, too (they bring torch, some gigabytes).
+# `--peers` installs Stable-Baselines3 first, so that its checks run, too (it brings torch, some gigabytes);
+# `--cluster` runs the sweep on a local Ray cluster of two nodes instead, one of which is killed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -14,10 +15,15 @@ if [ "$(cat "$VIRTUAL_ENV/installed" 2> /dev/null)" != "$wanted" ]; then
     python -m pip install --quiet --disable-pip-version-check -r python/requirements-test.txt
     echo "$wanted" > "$VIRTUAL_ENV/installed"
 fi
-if [ "${1:-}" = --peers ]; then
-    python -m pip install --quiet --disable-pip-version-check 'stable-baselines3>=2.6' 'sb3-contrib>=2.6'
-fi
+tests="not cluster"
+case "${1:-}" in
+    --peers) python -m pip install --quiet --disable-pip-version-check 'stable-baselines3>=2.6' 'sb3-contrib>=2.6' ;;
+    --cluster)
+        python -m pip install --quiet --disable-pip-version-check 'ray>=2.40'
+        tests=cluster
+        ;;
+esac
 
 # The profile of the other tests, so that nothing is built twice.
 maturin develop --quiet --profile dev
-python -m pytest -q
+python -m pytest -q -m "$tests"

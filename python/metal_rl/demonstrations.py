@@ -74,15 +74,51 @@ def record(
     `driver`: a mind; nobody: the task's expert. What is recorded are the environment's own observations and actions.
     """
     import minari
+    from minari.data_collector import EpisodeBuffer
 
-    collector = minari.DataCollector(task.env)
-    stage = task._elsewhere(collector)
+    tape = _Tape(task.env)
+    stage = task._elsewhere(tape)
+    buffers = []
     for episode in range(episodes):
         stage._reset(seed + episode)
         end = 0
         while not end:
             _, end = stage._step(_choice(stage, driver))
-    return collector.create_dataset(dataset_id=dataset_id, algorithm_name="metal_rl")
+        whole = {key: _stacked(value) for key, value in tape.log.items()}
+        buffers.append(EpisodeBuffer(id=episode, seed=seed + episode, **whole))
+    return minari.create_dataset_from_buffers(
+        dataset_id,
+        buffers,
+        env=task.env.spec,
+        observation_space=task.env.observation_space,
+        action_space=task.env.action_space,
+        algorithm_name="metal_rl",
+    )
+
+
+class _Tape(gym.Wrapper):
+    """Writes down one episode."""
+
+    log: dict[str, list[Any]]
+
+    def reset(self, **arguments: Any) -> tuple[Any, dict[str, Any]]:
+        observation, info = self.env.reset(**arguments)
+        keys = ("actions", "rewards", "terminations", "truncations")
+        self.log = {"observations": [observation], **{key: [] for key in keys}}
+        return observation, info
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        row = (observation, action, float(reward), terminated, truncated)
+        for entries, entry in zip(self.log.values(), row):
+            entries.append(entry)
+        return observation, reward, terminated, truncated, info
+
+
+def _stacked(entries: list[Any]) -> Any:
+    if isinstance(entries[0], dict):
+        return {key: _stacked([entry[key] for entry in entries]) for key in entries[0]}
+    return np.stack([np.asarray(entry) for entry in entries])
 
 
 def _choice(stage: PricedSensors, driver: Mind | None) -> int:

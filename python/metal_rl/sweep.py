@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -88,7 +90,23 @@ def _on_ray(jobs: list[tuple[Plan, int]]) -> Iterator[Run]:
     if not ray.is_initialized():
         ray.init()
     remote = ray.remote(train).options(num_cpus=1, max_retries=RETRIES, retry_exceptions=[OSError])
-    running = [remote.remote(plan, seed) for plan, seed in jobs]
+    with _sent_by_value({getattr(plan.task, "__module__", None) for plan, _ in jobs}):
+        running = [remote.remote(plan, seed) for plan, seed in jobs]
     while running:
         done, running = ray.wait(running)
         yield from ray.get(done)
+
+
+@contextmanager
+def _sent_by_value(names: set[str | None]) -> Iterator[None]:
+    """The script that says how tasks are made need not lie on every machine."""
+    from ray import cloudpickle
+
+    scripts = [sys.modules[name] for name in names if name in sys.modules and name != "__main__"]
+    for script in scripts:
+        cloudpickle.register_pickle_by_value(script)
+    try:
+        yield
+    finally:
+        for script in scripts:
+            cloudpickle.unregister_pickle_by_value(script)

@@ -56,7 +56,7 @@ def test_there_and_back_through_minari(tmp_path, monkeypatch):
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     # Minari writes down which environment made a dataset, so it must have a name.
     if "Signpost-v0" not in gym.registry:
-        gym.register("Signpost-v0", entry_point=Signpost)
+        gym.register("Signpost-v0", entry_point="conftest:Signpost")
     env = gym.make("Signpost-v0")
     task = PricedSensors(env, SENSORS, expert=lambda env: env.unwrapped.right)
     record(task, "signpost/expert-v0", episodes=30)

@@ -32,6 +32,12 @@ pub enum Command {
     /// Watch a mind learn and attend in a browser, drive yourself, demonstrate
     #[command(after_help = STUDIO)]
     Studio(Studio),
+    /// Compare blind, random and best fixed subsets, all sensors, fusion and METAL on a task, with equal budgets
+    #[command(after_help = BENCH)]
+    Bench(Bench),
+    /// The same for a table: classification with columns that cost
+    #[command(after_help = TABULAR)]
+    Tabular(Tabular),
     /// Largest probability of aliasing in the decision space (Sec. 6.1, Eqs 22-26, Table 3)
     #[command(after_help = ALIASING)]
     Aliasing(Aliasing),
@@ -113,6 +119,30 @@ Prints an address with a secret token; open it in any browser. What is demonstra
 to the run folder and nowhere else, to be learned from:
   metal run my.toml --demonstrations runs/mine/demonstrations/0001.jsonl
 Ctrl-C saves what was demonstrated and ends.";
+
+const BENCH: &str = "\
+Examples:
+  metal bench maze
+  metal bench cube --steps 30000 --seeds 10 --json > cube.json
+  metal bench maze --settings '{\"side\": 6}'
+
+Tasks: highway, maze, puddle, toy, cube, cube_nm. Every row learns from as many motor steps, on the
+same seeds, and is tested on the same episodes.";
+
+const TABULAR: &str = "\
+Examples:
+  metal tabular patients.csv --target ill
+  metal tabular patients.csv --target ill --prices prices.toml --steps 30000
+
+prices.toml (everything may be left out):
+  default = 0.02                       # price of a column that is in no group
+  test_share = 0.25                    # rows kept for the test
+  verdict = { right = 0.0, wrong = -1.0 }
+  [group.blood]
+  columns = [\"iron\", \"sugar\"]
+  price = 0.2
+
+An empty cell, NA, NaN, null or ? is a missing value, and is told apart from every number.";
 
 const ALIASING: &str = "\
 Examples:
@@ -233,6 +263,59 @@ pub struct Eval {
     /// Print JSON instead of a table
     #[arg(long)]
     pub json: bool,
+}
+
+/// How much is compared.
+#[derive(Debug, Args)]
+pub struct Comparing {
+    /// Motor steps of learning of every row, a third of them fusion, two thirds attention for METAL
+    #[arg(long, default_value_t = 60_000, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=100_000_000))]
+    pub steps: u32,
+    /// Independent trainings of every row
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=MOST_SEEDS as i64))]
+    pub seeds: u32,
+    /// The one number all randomness comes from
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub seed: u64,
+    /// Test episodes per training
+    #[arg(long, default_value_t = 100, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub episodes: u32,
+    /// Screen every subset of up to this many sensors; beyond, the best subset grows by one sensor at a time
+    #[arg(long, default_value_t = 6, value_name = "SENSORS", value_parser = clap::value_parser!(u8).range(0..=12))]
+    pub exhaustive: u8,
+    /// Threads (0: one per core); results do not depend on it
+    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
+    pub threads: u16,
+    /// Print JSON instead of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `metal bench`
+#[derive(Debug, Args)]
+pub struct Bench {
+    /// Name of the task
+    pub task: String,
+    /// Settings of its world in JSON, as in an experiment file
+    #[arg(long, default_value = "{}", value_name = "JSON")]
+    pub settings: String,
+    #[command(flatten)]
+    pub comparing: Comparing,
+}
+
+/// `metal tabular`
+#[derive(Debug, Args)]
+pub struct Tabular {
+    /// The table: CSV with a header
+    pub file: PathBuf,
+    /// Name of the column to be named
+    #[arg(long, value_name = "COLUMN")]
+    pub target: String,
+    /// What columns and groups of columns cost (TOML)
+    #[arg(long, value_name = "FILE")]
+    pub prices: Option<PathBuf>,
+    #[command(flatten)]
+    pub comparing: Comparing,
 }
 
 /// `metal aliasing`

@@ -1,14 +1,16 @@
 //! What each command does: call the lab, print.
 
-use crate::args::{Aliasing, Arguments, Command, Eval, Reproduce, Run, Studio, Training};
+use crate::args::{Aliasing, Arguments, Command, Comparing, Eval, Reproduce, Run, Studio, Training};
 use crate::bar::{Bar, INTERRUPTED};
 use crate::{robots, table};
 use anyhow::{Context, bail};
 use clap::CommandFactory;
+use metal_lab::bench::{self, BenchOptions};
 use metal_lab::demonstrations::Demonstrations;
 use metal_lab::plan::{self, Plan};
 use metal_lab::registry::Roads;
 use metal_lab::reproduce::{Options, execute, planned_steps, quick};
+use metal_lab::task::{NamedTask, Prices, Recipe, TableTask, Task};
 use metal_lab::{catalogue, experiments, finish, reevaluate, traffic};
 use metal_studio::server;
 use metal_studio::subject::Subject;
@@ -29,6 +31,13 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
         }
         Command::Eval(eval) => evaluate(&eval),
         Command::Studio(studio) => open_studio(&studio),
+        Command::Bench(request) => {
+            compare(&NamedTask::with(&request.task, &request.settings)?, &request.comparing)
+        }
+        Command::Tabular(request) => {
+            let prices = request.prices.as_deref().map(read_prices).transpose()?.unwrap_or_default();
+            compare(&TableTask::from_csv(&request.file, &request.target, &prices)?, &request.comparing)
+        }
         Command::Aliasing(aliasing) => bound(&aliasing),
         Command::Serve(request) => robots::serve(&request),
         Command::Doctor(request) => robots::examine(&request),
@@ -185,6 +194,30 @@ fn roads(eval: &Eval) -> anyhow::Result<Option<Roads>> {
         Some("test") => Some(Roads::Test),
         Some(other) => bail!("--roads {other}: training, validation or test (or --road-seed N …)"),
     })
+}
+
+fn read_prices(path: &Path) -> anyhow::Result<Prices> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
+    toml::from_str(&text).with_context(|| format!("{}", path.display()))
+}
+
+fn compare(task: &dyn Task, request: &Comparing) -> anyhow::Result<()> {
+    use_threads(request.threads)?;
+    listen_to_ctrl_c()?;
+    let recipe = Recipe::of_steps(request.steps as usize);
+    let options = BenchOptions {
+        seeds: request.seeds as usize,
+        seed: request.seed,
+        episodes: request.episodes as usize,
+        exhaustive: request.exhaustive.into(),
+        ..BenchOptions::default()
+    };
+    let sensors = task.training()?.spec().sensors.len();
+    let bar = Bar::new(bench::planned_steps(&recipe, &options, sensors) as u64);
+    let done = bench::bench(task, &recipe, &options, &bar);
+    bar.finish();
+    let done = done?;
+    if request.json { say_json(&done) } else { say(&bench::text(&done)) }
 }
 
 fn bound(request: &Aliasing) -> anyhow::Result<()> {

@@ -78,6 +78,8 @@ fn help_texts_teach() {
         "drive",
         "world",
         "replay",
+        "bench",
+        "tabular",
     ];
     expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
     for command in commands {
@@ -275,4 +277,44 @@ fn a_folder_that_cannot_be_made_is_called_by_name() {
     let toy = toy();
     let message = complaint(1, &tiny(&toy, file.to_str().unwrap()));
     assert!(message.contains("in-the-way"), "{message}");
+}
+
+/// Budgets that only show that everything works.
+const BRIEFLY: [&str; 6] = ["--steps", "120", "--seeds", "2", "--episodes", "5"];
+
+#[test]
+fn a_task_is_compared() {
+    let text = output(&[&["bench", "toy", "--exhaustive", "0"][..], &BRIEFLY].concat());
+    let rows = ["blind", "random subset", "best static subset", "all sensors", "fusion", "METAL"];
+    for wanted in
+        rows.iter().chain(&["front of motor reward", "sensors read by METAL", "fewer than 5 trainings"])
+    {
+        assert!(text.contains(wanted), "{wanted} is missing in\n{text}");
+    }
+    let settings = ["bench", "maze", "--json", "--settings", "{\"look_price\": 0.5}"];
+    let json = output(&[&settings[..], &BRIEFLY].concat());
+    let bench: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(bench["task"], "Maze-v0");
+    assert_eq!(bench["rows"]["all sensors"]["looks"]["mean"], 2.0);
+    assert_eq!(bench["statics"].as_array().unwrap().len(), 3, "every subset of X and Y");
+    assert!(complaint(1, &["bench", "moon"]).contains("moon"));
+    assert!(complaint(1, &["bench", "maze", "--settings", "{\"sides\": 1}"]).contains("sides"));
+}
+
+#[test]
+fn a_table_is_compared() {
+    let (file, prices) = (temporary("rows.csv"), temporary("prices.toml"));
+    let row = |i: usize| format!("{},{},{}\n", i % 2, if i.is_multiple_of(5) { "NA" } else { "7" }, i % 2);
+    let rows: String = (0..40).map(row).collect();
+    std::fs::write(&file, format!("a,b,ill\n{rows}")).unwrap();
+    let groups = "default = 0.1\n[group.both]\ncolumns = [\"a\", \"b\"]\nprice = 0.5\n";
+    std::fs::write(&prices, groups).unwrap();
+    let (file, prices) = (file.to_str().unwrap(), prices.to_str().unwrap());
+    let json = output(&[&["tabular", file, "--target", "ill", "--json"][..], &BRIEFLY].concat());
+    let bench: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(bench["sensors"], serde_json::json!(["a", "b"]));
+    let priced = ["tabular", file, "--target", "ill", "--prices", prices];
+    let text = output(&[&priced[..], &BRIEFLY].concat());
+    assert!(text.contains("both") && text.contains("always `"), "{text}");
+    assert!(complaint(1, &["tabular", file, "--target", "sick"]).contains("known: a, b, ill"));
 }

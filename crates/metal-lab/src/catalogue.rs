@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 /// Kind, name in an experiment file, what it is.
-const ENTRIES: [(&str, &str, &str); 28] = [
+const ENTRIES: &[(&str, &str, &str)] = &[
     (
         "environment",
         "highway",
@@ -12,6 +12,8 @@ const ENTRIES: [(&str, &str, &str); 28] = [
     ("environment", "maze", "Maze-v0: the n x n maze of Eq. (14), two sensors, X and Y"),
     ("environment", "puddle", "Puddle-v0: the usual proving ground of continuous reinforcement learning"),
     ("environment", "toy", "Toy-v0: seven experts and one move; the optimum is known exactly"),
+    ("environment", "cube", "Cube-v0: classification with 20 features that cost"),
+    ("environment", "cube_nm", "CubeNM-v0: the same in five contexts; which one, must be bought, too"),
     (
         "learner",
         "absp",
@@ -56,7 +58,7 @@ pub fn text() -> String {
     let width = ENTRIES.iter().map(|(_, name, _)| name.len()).max().unwrap_or(0);
     let mut text = String::new();
     let mut last = "";
-    for (kind, name, what) in ENTRIES {
+    for (kind, name, what) in ENTRIES.iter().copied() {
         if kind != last {
             let _ = writeln!(text, "{}{kind}s", if last.is_empty() { "" } else { "\n" });
             last = kind;

@@ -29,6 +29,9 @@ pub mod store;
 
 pub mod progress;
 
+pub mod bench;
+pub mod task;
+
 pub use metal_rl::measure::aliasing::bound as aliasing_bound;
 
 #[cfg(doctest)]

@@ -5,6 +5,7 @@ use metal_rl::environment::Environment;
 use metal_worlds::highway::{Ground, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Steering};
 use metal_worlds::maze::{Maze, MazeConfig};
 use metal_worlds::puddle::{Puddle, PuddleConfig};
+use metal_worlds::tabular::{CubeConfig, CubeNmConfig, Data, Tabular, Verdict, cube, cube_nm};
 use metal_worlds::toy::Toy;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -26,6 +27,10 @@ pub enum EnvironmentConfig {
     Puddle(PuddleConfig),
     /// Seven experts and one move: attention control with a known optimum.
     Toy(NoSettings),
+    /// CUBE: classification with 20 features that cost (`Cube-v0`).
+    Cube(CubeConfig),
+    /// CUBE-NM: the same in five contexts, which must be bought, too (`CubeNM-v0`).
+    CubeNm(CubeNmConfig),
 }
 
 /// A world without settings.
@@ -62,6 +67,8 @@ impl EnvironmentConfig {
             Self::Maze(config) => Box::new(Maze::new(config.clone()).map_err(|e| refuse("maze", e))?),
             Self::Puddle(config) => Box::new(Puddle::new(config)),
             Self::Toy(_) => Box::new(Toy::new()),
+            Self::Cube(config) => Box::new(table(cube(config))),
+            Self::CubeNm(config) => Box::new(table(cube_nm(config))),
         })
     }
 
@@ -77,6 +84,15 @@ impl EnvironmentConfig {
                 check_horizon("puddle", config.horizon)?;
                 check_prices("puddle.position_price", &[config.position_price])?;
                 check_prices("puddle.coordinate_price", &[config.coordinate_price])
+            }
+            Self::Cube(c) => check_cube("cube", c.rows, &[c.look_price, c.informative_sd, c.noise_sd]),
+            Self::CubeNm(c) => {
+                let numbers = [c.look_price, c.informative_sd, c.noise_sd, c.context_sd];
+                check_cube("cube_nm", c.rows, &numbers)?;
+                if (2..=5).contains(&c.contexts) {
+                    return Ok(());
+                }
+                Err(refuse("cube_nm.contexts", format!("{}: 2 to 5", c.contexts)))
             }
             Self::Maze(_) | Self::Toy(_) => Ok(()),
         }
@@ -155,6 +171,22 @@ fn check_prices(field: &str, prices: &[f64]) -> Result<(), WorldError> {
         Some(price) => Err(refuse(field, format!("{price}: finite and at least 0"))),
         None => Ok(()),
     }
+}
+
+/// Most rows of a generated table.
+const MOST_ROWS: usize = 1_000_000;
+
+fn check_cube(world: &str, rows: usize, numbers: &[f64]) -> Result<(), WorldError> {
+    if !(2..=MOST_ROWS).contains(&rows) {
+        return Err(refuse(format!("{world}.rows"), format!("{rows}: 2 to {MOST_ROWS}")));
+    }
+    check_prices(world, numbers)
+}
+
+/// A generated table, all of it.
+fn table(data: Data) -> Tabular {
+    let rows = (0..data.labels.len()).collect();
+    Tabular::new(Arc::new(data), rows, Verdict::default())
 }
 
 fn check_highway(world: &str, config: &HighwayConfig) -> Result<(), WorldError> {

@@ -8,5 +8,7 @@
 
 pub mod highway;
 pub mod maze;
+pub mod priced;
 pub mod puddle;
+pub mod tabular;
 pub mod toy;

@@ -5,6 +5,7 @@ use metal_rl::random::Rng;
 use metal_worlds::highway::{Ground, Highway, HighwayConfig, RoadSet, Steering};
 use metal_worlds::maze::{Maze, MazeConfig};
 use metal_worlds::puddle::{Puddle, PuddleConfig};
+use metal_worlds::tabular::{CubeConfig, CubeNmConfig, Data, Tabular, Verdict, cube, cube_nm};
 use metal_worlds::toy::Toy;
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
@@ -17,8 +18,15 @@ fn environments() -> Vec<World> {
         Box::new(Toy::new()),
         Box::new(Maze::new(MazeConfig::default()).expect("the default maze is possible")),
         Box::new(Puddle::new(&PuddleConfig::default())),
+        table(cube(&CubeConfig::default())),
+        table(cube_nm(&CubeNmConfig::default())),
         highway(),
     ]
+}
+
+fn table(data: Data) -> World {
+    let rows = (0..data.labels.len()).collect();
+    Box::new(Tabular::new(Arc::new(data), rows, Verdict::default()))
 }
 
 /// The highway among scripted cars; its roads take a while to paint and are shared.

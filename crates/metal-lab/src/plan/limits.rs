@@ -11,7 +11,7 @@ use metal_rl::returns::Credit;
 const MOST: usize = 100_000_000;
 
 /// A name nobody on the list of `known` names has.
-pub(super) fn unknown<'a>(
+pub(crate) fn unknown<'a>(
     field: impl Into<String>,
     kind: &str,
     found: &str,
@@ -23,7 +23,7 @@ pub(super) fn unknown<'a>(
 }
 
 /// Names become file names, keys of results and parts of dotted paths.
-pub(super) fn name(table: &str, name: &str) -> Result<(), PlanError> {
+pub(crate) fn name(table: &str, name: &str) -> Result<(), PlanError> {
     let plain = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
     if !name.is_empty() && name.chars().all(plain) {
         return Ok(());
@@ -32,7 +32,7 @@ pub(super) fn name(table: &str, name: &str) -> Result<(), PlanError> {
 }
 
 /// Whether a list says everything once.
-pub(super) fn once(field: &str, list: &[String]) -> Result<(), PlanError> {
+pub(crate) fn once(field: &str, list: &[String]) -> Result<(), PlanError> {
     match list.iter().enumerate().find(|(i, entry)| list[..*i].contains(entry)) {
         Some((_, entry)) => Err(PlanError::at(field, format!("`{entry}` twice"))),
         None => Ok(()),
@@ -40,21 +40,21 @@ pub(super) fn once(field: &str, list: &[String]) -> Result<(), PlanError> {
 }
 
 /// A count that must be at least 1.
-pub(super) fn count(field: &str, n: usize, what: &str) -> Result<(), PlanError> {
+pub(crate) fn count(field: &str, n: usize, what: &str) -> Result<(), PlanError> {
     if (1..=MOST).contains(&n) {
         return Ok(());
     }
     Err(PlanError::at(field, format!("{n}: between 1 and {MOST} {what}")))
 }
 
-pub(super) fn budget(field: &str, budget: Budget) -> Result<(), PlanError> {
+pub(crate) fn budget(field: &str, budget: Budget) -> Result<(), PlanError> {
     match budget {
         Budget::Episodes(n) => count(&format!("{field}.episodes"), n, "episodes"),
         Budget::Steps(n) => count(&format!("{field}.steps"), n, "motor steps"),
     }
 }
 
-pub(super) fn rate(field: &str, rate: Rate) -> Result<(), PlanError> {
+pub(crate) fn rate(field: &str, rate: Rate) -> Result<(), PlanError> {
     let (kind, step) = match rate {
         Rate::Full => return Ok(()),
         Rate::Constant(step) => ("constant", step),
@@ -66,7 +66,7 @@ pub(super) fn rate(field: &str, rate: Rate) -> Result<(), PlanError> {
     Err(PlanError::at(format!("{field}.{kind}"), format!("{step}: a step size in (0, 1]")))
 }
 
-pub(super) fn credit(field: &str, credit: Credit) -> Result<(), PlanError> {
+pub(crate) fn credit(field: &str, credit: Credit) -> Result<(), PlanError> {
     if !(0.0..1.0).contains(&credit.gamma) {
         return Err(PlanError::at(
             format!("{field}.gamma"),
@@ -83,7 +83,7 @@ fn share(field: &str, value: f64) -> Result<(), PlanError> {
     Err(PlanError::at(field, format!("{value}: a share in [0, 1]")))
 }
 
-pub(super) fn schedule(field: &str, schedule: Schedule) -> Result<(), PlanError> {
+pub(crate) fn schedule(field: &str, schedule: Schedule) -> Result<(), PlanError> {
     let (kind, from, to, until) = match schedule {
         Schedule::Greedy => return Ok(()),
         Schedule::SoftMax { from, to, until } => ("soft_max", from, to, until),
@@ -102,14 +102,14 @@ pub(super) fn schedule(field: &str, schedule: Schedule) -> Result<(), PlanError>
 }
 
 /// A share that may not be nothing.
-pub(super) fn part(field: &str, value: f64) -> Result<(), PlanError> {
+pub(crate) fn part(field: &str, value: f64) -> Result<(), PlanError> {
     if value > 0.0 && value <= 1.0 {
         return Ok(());
     }
     Err(PlanError::at(field, format!("{value}: a share in (0, 1]")))
 }
 
-pub(super) fn attention(field: &str, s: &AttentionConfig) -> Result<(), PlanError> {
+pub(crate) fn attention(field: &str, s: &AttentionConfig) -> Result<(), PlanError> {
     credit(&format!("{field}.credit"), s.credit)?;
     rate(&format!("{field}.rate"), s.rate)?;
     share(&format!("{field}.price_ramp"), s.price_ramp)?;

@@ -3,7 +3,7 @@
 mod check;
 pub mod error;
 pub mod file;
-mod limits;
+pub(crate) mod limits;
 pub mod overrides;
 mod roles;
 

@@ -1,0 +1,175 @@
+//! How to learn a task: budgets, learners, attention method, all of it data.
+
+use crate::plan::PlanError;
+use metal_rl::explore::Schedule;
+use metal_rl::fuse::Fuser;
+use metal_rl::learner::Rate;
+use metal_rl::learners::{LearnerConfig, MlpConfig, TileConfig};
+use metal_rl::policies::AttentionConfig;
+use metal_rl::policies::attention::MotorTarget;
+use metal_rl::returns::Credit;
+use metal_rl::view::Scaling;
+use serde::{Deserialize, Serialize};
+
+/// How a task is learned. Budgets are motor steps; a phase of 0 steps does not take place.
+///
+/// The defaults hold for every task: exploration is a share of random choices, which needs no scale of rewards.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Recipe {
+    /// Phase I: steps watched, where the task has an expert advisor (Sec. 3.2.1).
+    pub demonstration: usize,
+    /// The full observer at the wheel before everybody is (none in the paper's way to attention).
+    pub foa: usize,
+    /// Phase II: everybody decides together (Sec. 3.2.2).
+    pub fusion: usize,
+    /// Phase III: attention control (Sec. 3.2.3).
+    pub attention: usize,
+    /// How readings are scaled.
+    pub scaling: Scaling,
+    /// How credit flows back, for everybody.
+    pub credit: Credit,
+    /// Learner of tiny agents.
+    pub tiny: LearnerConfig,
+    /// Learner of the full observer and of fixed subsets.
+    pub observer: LearnerConfig,
+    /// Learning rate of members, where the learner uses one.
+    pub rate: Rate,
+    /// Whether tiny agents learn on in Phase III.
+    pub learn_on: bool,
+    /// Who decides in Phase II, Eq. (7).
+    pub fuser: Fuser,
+    /// How members at the wheel explore.
+    pub exploration: Schedule,
+    /// How attention control explores.
+    pub attention_exploration: Schedule,
+    /// How attention is learned.
+    pub method: AttentionMethod,
+}
+
+/// How attention is learned.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AttentionMethod {
+    /// The paper's: values of looks and moves, Eqs. (8)-(11).
+    Values(ValuesMethod),
+}
+
+/// Attention control by values of looks and moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ValuesMethod {
+    /// Learner of the values.
+    pub learner: LearnerConfig,
+    /// Settings; `credit` is taken from the recipe.
+    pub settings: AttentionConfig,
+}
+
+impl Default for ValuesMethod {
+    fn default() -> Self {
+        let encoding = metal_rl::decision::Encoding {
+            content: metal_rl::decision::Content::Readings,
+            ..Default::default()
+        };
+        Self {
+            learner: LearnerConfig::Mlp(MlpConfig { capacity: 20_000, ..MlpConfig::default() }),
+            // No ramp: what was learned under cheaper looks would be replayed for ever.
+            settings: AttentionConfig { encoding, price_ramp: 0.0, ..AttentionConfig::default() },
+        }
+    }
+}
+
+/// Random choices: this share at first, this share from four fifths of the phase on.
+fn random(from: f64, to: f64) -> Schedule {
+    Schedule::Random { from, to, until: 0.8 }
+}
+
+impl Default for Recipe {
+    fn default() -> Self {
+        Self {
+            demonstration: 200,
+            foa: 0,
+            fusion: 20_000,
+            attention: 40_000,
+            scaling: Scaling::Linear,
+            credit: Credit { gamma: 0.97, lambda: 0.7 },
+            tiny: LearnerConfig::Tile(TileConfig::default()),
+            observer: LearnerConfig::Mlp(MlpConfig { capacity: 20_000, ..MlpConfig::default() }),
+            rate: Rate::Constant(0.1),
+            learn_on: false,
+            fuser: Fuser::MaxConfidence,
+            exploration: random(0.5, 0.02),
+            attention_exploration: random(0.3, 0.02),
+            method: AttentionMethod::Values(ValuesMethod::default()),
+        }
+    }
+}
+
+/// Most motor steps of a phase.
+const MOST: usize = 100_000_000;
+
+impl Recipe {
+    /// The default recipe with `steps` motor steps from Phase II on: a third fusion, two thirds attention.
+    #[must_use]
+    pub fn of_steps(steps: usize) -> Self {
+        Self { fusion: steps / 3, attention: steps - steps / 3, ..Self::default() }
+    }
+
+    /// Motor steps in which the mind acts by itself; every row of a comparison gets as many.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.foa + self.fusion + self.attention
+    }
+
+    /// Refuses what cannot be carried out.
+    ///
+    /// # Errors
+    /// The first impossible field, with what is allowed.
+    pub fn check(&self) -> Result<(), PlanError> {
+        let phases = [
+            ("demonstration", self.demonstration),
+            ("foa", self.foa),
+            ("fusion", self.fusion),
+            ("attention", self.attention),
+        ];
+        for (field, steps) in phases {
+            if steps > MOST {
+                return Err(PlanError::at(field, format!("{steps}: at most {MOST} motor steps")));
+            }
+        }
+        if self.attention == 0 {
+            return Err(PlanError::at(
+                "attention",
+                "0: attention needs at least one motor step to be learned in",
+            ));
+        }
+        for (field, learner) in [("tiny", &self.tiny), ("observer", &self.observer)] {
+            learner.validate().map_err(|e| PlanError::at(field, e.to_string()))?;
+        }
+        crate::plan::limits::credit("credit", self.credit)?;
+        crate::plan::limits::rate("rate", self.rate)?;
+        crate::plan::limits::schedule("exploration", self.exploration)?;
+        crate::plan::limits::schedule("attention_exploration", self.attention_exploration)?;
+        let AttentionMethod::Values(values) = &self.method;
+        values.learner.validate().map_err(|e| PlanError::at("method.values.learner", e.to_string()))?;
+        crate::plan::limits::attention("method.values.settings", &values.settings)
+    }
+
+    /// The settings of attention control, with the recipe's credit.
+    #[must_use]
+    pub fn attention_settings(&self, values: &ValuesMethod) -> AttentionConfig {
+        AttentionConfig { credit: self.credit, ..values.settings.clone() }
+    }
+
+    /// The same recipe for a task of one step per episode: the future is worth nothing, and values of looks need no
+    /// returns, which would mix in what exploring moves earned.
+    #[must_use]
+    pub fn for_horizon(mut self, horizon: usize) -> Self {
+        if horizon == 1 {
+            let AttentionMethod::Values(values) = &mut self.method;
+            values.settings.motor_target = MotorTarget::Myopic;
+            self.credit.lambda = 0.0;
+        }
+        self
+    }
+}

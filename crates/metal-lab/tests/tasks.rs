@@ -1,0 +1,76 @@
+//! Tasks from anywhere, learned after a recipe: what is learned, saved, thawed and compared.
+
+use metal_lab::bench::{BenchOptions, bench};
+use metal_lab::progress::Silent;
+use metal_lab::task::{Driver, NamedTask, Recipe, learn, load, save, trial};
+use metal_rl::observe::Unobserved;
+use metal_rl::random::Streams;
+use std::path::PathBuf;
+
+fn brief() -> Recipe {
+    Recipe { demonstration: 50, fusion: 300, attention: 600, ..Recipe::default() }
+}
+
+fn temporary(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+#[test]
+fn a_saved_mind_is_the_same_mind() {
+    let task = NamedTask::with("maze", "{}").unwrap();
+    let mind = learn(&task, &brief(), &Streams::new(3), &mut Unobserved).unwrap();
+    let path = temporary("mind.safetensors");
+    save(&mind, &path, 3, [("remark".to_owned(), "none".to_owned())].into()).unwrap();
+    let (thawed, card) = load(&path).unwrap();
+    assert_eq!((card.seed, card.notes["remark"].as_str()), (3, "none"));
+    for driver in [Driver::Attention, Driver::Observer, Driver::Fusion] {
+        let runs = (8, &Streams::new(9));
+        let (one, other) = (trial(&task, &mind, driver, runs), trial(&task, &thawed, driver, runs));
+        assert_eq!(one.unwrap(), other.unwrap(), "{driver:?}");
+    }
+}
+
+#[test]
+fn damaged_files_are_refused() {
+    let path = temporary("damaged.safetensors");
+    for bytes in [&b""[..], b"12345678", &[255; 64]] {
+        std::fs::write(&path, bytes).unwrap();
+        let error = load(&path).err().expect("no mind in it").to_string();
+        assert!(error.contains("damaged.safetensors"), "{error}");
+    }
+    assert!(load(&temporary("nowhere")).is_err());
+}
+
+#[test]
+fn experts_of_the_toy_are_worth_being_asked() {
+    let task = NamedTask::new("toy").unwrap();
+    let recipe = Recipe { fusion: 0, attention: 4000, demonstration: 0, ..Recipe::default() };
+    let mind = learn(&task, &recipe, &Streams::new(1), &mut Unobserved).unwrap();
+    let total = |driver| trial(&task, &mind, driver, (500, &Streams::new(2))).unwrap().total();
+    let (attention, fusion) = (total(Driver::Attention), total(Driver::Fusion));
+    let blind = (0..5).map(|a| total(Driver::Blind(a))).fold(f64::NEG_INFINITY, f64::max);
+    assert!(attention > fusion && attention > blind, "{attention} against {fusion} and {blind}");
+}
+
+#[test]
+fn a_comparison_is_the_same_every_time_and_spends_the_same_on_everybody() {
+    let task = NamedTask::with("maze", "{}").unwrap();
+    let options = BenchOptions { seeds: 2, episodes: 5, price_factors: vec![2.0], ..BenchOptions::default() };
+    let run = || {
+        let done = bench(&task, &brief(), &options, &Silent).unwrap();
+        (done.rows.values().map(|r| r.scores.clone()).collect::<Vec<_>>(), done.statics, done.front)
+    };
+    assert!(run() == run());
+}
+
+#[test]
+fn impossible_recipes_are_refused_by_field() {
+    let task = NamedTask::new("maze").unwrap();
+    let refused = |recipe: &Recipe| {
+        learn(&task, recipe, &Streams::new(1), &mut Unobserved).err().expect("impossible").to_string()
+    };
+    assert!(refused(&Recipe { attention: 0, ..brief() }).starts_with("attention"));
+    assert!(refused(&Recipe { fusion: usize::MAX, ..brief() }).starts_with("fusion"));
+    let credit = metal_rl::returns::Credit { gamma: 1.0, lambda: 0.5 };
+    assert!(refused(&Recipe { credit, ..brief() }).starts_with("credit.gamma"));
+}

@@ -1,0 +1,45 @@
+"""METAL: learn a control task together with which priced sensors to consult before each action.
+
+In ten lines: wrap a Gymnasium environment in `PricedSensors`, `learn` it, and see with `bench` whether attention pays.
+"""
+
+from metal_rl._core import MetalError, __version__
+from metal_rl.actions import Grid
+from metal_rl.bench import Bench, bench
+from metal_rl.check import check
+from metal_rl.envs import MetalEnv, MetalVectorEnv
+from metal_rl.experts import Expert
+from metal_rl.minds import Decision, Mind, Score, learn, load
+from metal_rl.priced import PricedSensors
+from metal_rl.registration import register
+from metal_rl.sensor_cost import SensorCostEnv
+from metal_rl.sensors import Sensor
+from metal_rl.sweep import Plan, Run, sweep
+from metal_rl.tasks import BuiltIn, Task
+
+__all__ = [
+    "Bench",
+    "BuiltIn",
+    "Decision",
+    "Expert",
+    "Grid",
+    "MetalEnv",
+    "MetalError",
+    "MetalVectorEnv",
+    "Mind",
+    "Plan",
+    "PricedSensors",
+    "Run",
+    "Score",
+    "Sensor",
+    "SensorCostEnv",
+    "Task",
+    "__version__",
+    "bench",
+    "check",
+    "learn",
+    "load",
+    "sweep",
+]
+
+register()

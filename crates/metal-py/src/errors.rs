@@ -58,6 +58,8 @@ pub fn run_error(error: RunError) -> PyErr {
         RunError::World(e) => refuse(&e.field, &e.message),
         RunError::Learner(e) => refuse("learner", &e.to_string()),
         RunError::Environment(e) => environment_error(&e),
+        RunError::Counterfactual(e) => refuse("attention", &e.to_string()),
+        RunError::Demonstrations(e) => refuse("demonstrations", &e.to_string()),
         RunError::Interrupted => PyKeyboardInterrupt::new_err(()),
     }
 }

@@ -66,8 +66,8 @@ def text(results):
 Mean of {results['seeds']} trainings with the 95 % interval over trainings; paper: its Table 2, free road / approaching / nearing.
 Attention control costs {ratio(results, 'acl/foa')} times the full observer (paper 0.72) and {ratio(results, 'acl/fusion')} times
 fusion (paper 0.60), on test roads {ratio(results, 'acl/foa@test')} and {ratio(results, 'acl/fusion@test')}. What the paper did not
-ask: against the best fixed subset it costs {ratio(results, 'acl/best_fixed')} times as much, so on this road a driver who always
-looks at the same place is still cheaper. Making attention earn its price is the next piece of work.
+ask: against the best fixed subset it costs {ratio(results, 'acl/best_fixed')} times as much: whether
+looking where it matters pays against always looking at the same place is [the next question](docs/results/attention.md).
 
 ![Where the trained mind looks on the training road, by the number of looks](docs/images/{PICTURE})"""
 

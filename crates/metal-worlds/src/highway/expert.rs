@@ -209,8 +209,26 @@ mod tests {
         let arc = road.straightest_arc_m();
         let learner = road.pose_at(arc, -0.07, Direction::Along);
         assert_eq!(advice(learner, &road, &[]), MotorAction::Fast);
-        let car = road.pose_at(arc + 0.11, -0.07, Direction::Along);
+        let car = road.pose_at(arc + 0.15, -0.07, Direction::Along);
         assert_ne!(advice(learner, &road, &[car]), MotorAction::Fast);
+    }
+
+    #[test]
+    fn it_leaves_the_lane_in_time_when_a_car_comes_in_it() {
+        let road = Road::new(1, &ShapeRange::TRAINING);
+        let (arc, task) = (road.straightest_arc_m(), Task::default());
+        let mut learner = road.pose_at(arc, -0.07, Direction::Along);
+        let mut car = road.pose_at(arc + 0.5, -0.07, Direction::Against);
+        let mut last_turn_radps = 0.0;
+        for _ in 0..14 {
+            let comes = car_twist(MotorAction::Fast);
+            let paths = Paths::predict(&[car], |_, _| comes);
+            let action = advise(&Knowledge { road: &road, task: &task, learner, last_turn_radps, paths });
+            last_turn_radps = action.twist().turn_radps;
+            learner = advance(learner, action.twist(), ACTION_SECS);
+            car = advance(car, comes, ACTION_SECS);
+            assert!(car.distance_m(&learner) > 2.0 * BODY_RADIUS_M, "{learner:?} hits {car:?}");
+        }
     }
 
     #[test]

@@ -208,7 +208,7 @@ mod tests {
         let calibration = Calibration::of(InfraredScale { idle: 3.0, factor: 1.5 });
         let text = calibration.to_toml().unwrap();
         assert_eq!(Calibration::from_toml(&text).unwrap(), calibration);
-        assert!(Calibration::from_toml(&text.replace("idle", "idel")).is_err());
+        assert!(Calibration::from_toml(&text.replace("idle", "idlest")).is_err());
         assert!(
             Calibration::from_toml(&text.replace("1.5", "0.0")).unwrap_err().to_string().contains("above 0")
         );

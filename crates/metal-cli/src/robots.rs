@@ -101,7 +101,7 @@ enum Cars {
 /// A body and its calibration.
 #[derive(Debug, Args)]
 pub struct Robot {
-    /// epuck:///dev/rfcomm0, epuck2://HOST[:PORT] or webots://HOST[:PORT][/NAME]
+    /// epuck:///dev/rfcomm0, epuck2://HOST:PORT or webots://HOST:PORT/NAME (port and name may be left out)
     #[arg(long, value_name = "ADDRESS")]
     robot: Address,
     /// A file that `metal calibrate` wrote
@@ -112,7 +112,7 @@ pub struct Robot {
 /// `metal calibrate`
 #[derive(Debug, Args)]
 pub struct Calibrate {
-    /// epuck:///dev/rfcomm0, epuck2://HOST[:PORT] or webots://HOST[:PORT][/NAME]
+    /// epuck:///dev/rfcomm0, epuck2://HOST:PORT or webots://HOST:PORT/NAME (port and name may be left out)
     #[arg(long, value_name = "ADDRESS")]
     robot: Address,
     /// File to write (TOML)

@@ -167,7 +167,7 @@ pub fn bench(
     })
 }
 
-/// Motor steps of learning that [`bench`] will make, at least: growing a subset may take more rounds.
+/// Motor steps of learning that [`bench()`] will make, at least: growing a subset may take more rounds.
 #[must_use]
 pub fn planned_steps(recipe: &Recipe, options: &BenchOptions, sensors: usize) -> usize {
     let trained = (5 + options.price_factors.len()) * options.seeds * recipe.steps();

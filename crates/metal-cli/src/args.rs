@@ -283,6 +283,9 @@ pub struct Comparing {
     /// Screen every subset of up to this many sensors; beyond, the best subset grows by one sensor at a time
     #[arg(long, default_value_t = 6, value_name = "SENSORS", value_parser = clap::value_parser!(u8).range(0..=12))]
     pub exhaustive: u8,
+    /// How to learn, in JSON: fields of a recipe that differ from its defaults
+    #[arg(long, default_value = "{}", value_name = "JSON")]
+    pub recipe: String,
     /// Threads (0: one per core); results do not depend on it
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
     pub threads: u16,

@@ -201,10 +201,21 @@ fn read_prices(path: &Path) -> anyhow::Result<Prices> {
     toml::from_str(&text).with_context(|| format!("{}", path.display()))
 }
 
+/// The default recipe with the fields that were given.
+fn recipe(request: &Comparing) -> anyhow::Result<Recipe> {
+    let mut whole = serde_json::to_value(Recipe::of_steps(request.steps as usize))?;
+    let given: serde_json::Map<String, serde_json::Value> =
+        serde_json::from_str(&request.recipe).context("--recipe")?;
+    for (field, value) in given {
+        whole[field] = value;
+    }
+    serde_json::from_value(whole).context("--recipe")
+}
+
 fn compare(task: &dyn Task, request: &Comparing) -> anyhow::Result<()> {
     use_threads(request.threads)?;
     listen_to_ctrl_c()?;
-    let recipe = Recipe::of_steps(request.steps as usize);
+    let recipe = recipe(request)?;
     let options = BenchOptions {
         seeds: request.seeds as usize,
         seed: request.seed,

@@ -37,7 +37,7 @@ pub(crate) fn teach(
 }
 
 /// All threads there are; results come back in order, so that they do not depend on the number of threads.
-struct Pool;
+pub(crate) struct Pool;
 
 impl Workers for Pool {
     fn map(&self, pieces: Vec<Vec<Sight>>, work: &(dyn Fn(Vec<Sight>) -> Verdict + Sync)) -> Vec<Verdict> {

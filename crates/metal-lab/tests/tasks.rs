@@ -2,7 +2,7 @@
 
 use metal_lab::bench::{BenchOptions, bench};
 use metal_lab::progress::Silent;
-use metal_lab::task::{Driver, NamedTask, Recipe, learn, load, save, trial};
+use metal_lab::task::{AttentionMethod, Driver, NamedTask, Recipe, learn, load, save, trial};
 use metal_rl::observe::Unobserved;
 use metal_rl::random::Streams;
 use std::path::PathBuf;
@@ -73,4 +73,26 @@ fn impossible_recipes_are_refused_by_field() {
     assert!(refused(&Recipe { fusion: usize::MAX, ..brief() }).starts_with("fusion"));
     let credit = metal_rl::returns::Credit { gamma: 1.0, lambda: 0.5 };
     assert!(refused(&Recipe { credit, ..brief() }).starts_with("credit.gamma"));
+}
+
+/// Counterfactual policy iteration, briefly: enough to beat blindness, far too little to be good.
+fn counterfactual() -> Recipe {
+    let AttentionMethod::Counterfactual(mut config) = AttentionMethod::one_step() else { panic!("its name") };
+    (config.iterations, config.price_ramp, config.fit.batches) = (2, 1, 300);
+    let method = AttentionMethod::Counterfactual(config);
+    Recipe { fusion: 0, attention: 1500, method, ..Recipe::default() }
+}
+
+#[test]
+fn a_counterfactual_mind_beats_every_blind_one_and_is_saved_like_any_other() {
+    let task = NamedTask::with("cube", r#"{"rows": 200}"#).unwrap();
+    let mind = learn(&task, &counterfactual(), &Streams::new(3), &mut Unobserved).unwrap();
+    let path = temporary("counterfactual.safetensors");
+    save(&mind, &path, 3, std::collections::BTreeMap::new()).unwrap();
+    let (thawed, _) = load(&path).unwrap();
+    let drive = |mind, driver| trial(&task, mind, driver, (300, &Streams::new(9))).unwrap();
+    let attention = drive(&mind, Driver::Attention);
+    assert_eq!(attention, drive(&thawed, Driver::Attention));
+    let blind = (0..8).map(|c| drive(&mind, Driver::Blind(c)).total()).fold(f64::NEG_INFINITY, f64::max);
+    assert!(attention.total() > blind, "{} against {blind}", attention.total());
 }

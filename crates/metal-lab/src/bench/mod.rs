@@ -6,6 +6,7 @@ mod front;
 mod print;
 mod rows;
 mod search;
+mod subset;
 
 pub use front::{Front, Point};
 pub use print::text;

@@ -1,10 +1,11 @@
 //! The lines of the comparison, each trained with the same number of motor steps on the same seeds.
 
 use super::clock::Clock;
-use super::search::{Static, search, train_subset};
+use super::search::{Static, search};
+use super::subset::train_subset;
 use super::{BenchOptions, Row};
 use crate::progress::Progress;
-use crate::task::{Driver, Learned, Recipe, Score, Task, learn, trial};
+use crate::task::{AttentionMethod, Driver, Learned, Recipe, Score, Task, ValuesMethod, learn, trial};
 use crate::train::RunError;
 use metal_rl::environment::EnvironmentSpec;
 use metal_rl::num;
@@ -75,7 +76,9 @@ impl Desk<'_> {
         let everything = IndexSet::first(self.spec.sensors.len());
         add(ALL, self.seeds(|seed| self.subset(everything, seed))?, 0.0, String::new());
         self.stage(FUSION)?;
-        let alone = Recipe { fusion: self.recipe.steps(), foa: 0, attention: 1, ..self.recipe.clone() };
+        let nobody = AttentionMethod::Values(ValuesMethod::default());
+        let (fusion, recipe) = (self.recipe.steps(), self.recipe.clone());
+        let alone = Recipe { fusion, foa: 0, attention: 1, method: nobody, ..recipe };
         add(FUSION, self.seeds(|seed| self.trained(&alone, Driver::Fusion, seed))?, 0.0, String::new());
         self.stage(RANDOM)?;
         let size = (looks.round() as usize).clamp(1, everything.len());

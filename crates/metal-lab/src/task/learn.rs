@@ -1,14 +1,17 @@
 //! Learning a task: demonstration, full observer, fusion, attention, one after the other in the one loop.
 
 use super::Task;
+use super::method::AttentionMethod;
 use super::mind::{Controller, Learned};
 use super::recipe::Recipe;
+use crate::teach::Pool;
 use crate::train::RunError;
+use metal_rl::counterfactual::{self, Alone, CounterfactualConfig, RollOuts, Workers, iterate};
 use metal_rl::environment::Environment;
 use metal_rl::learner::Rate;
 use metal_rl::observe::Observer;
 use metal_rl::phase::{Budget, Lessons, Phase, Sensing, Teaching};
-use metal_rl::policies::{Advisor, Fusion, Solo};
+use metal_rl::policies::{Advisor, Attention, Counterfactual, Fusion, Solo};
 use metal_rl::policy::Policy;
 use metal_rl::random::Streams;
 use metal_rl::run::{Stage, run};
@@ -26,9 +29,9 @@ pub fn learn(
 ) -> Result<Learned, RunError> {
     let mut environment = task.training()?;
     let mut mind = Learned::newborn(environment.spec(), &task.opinions(), recipe, streams)?;
-    let mut school = School { environment: environment.as_mut(), streams, observer };
+    let mut school = School { task, environment: environment.as_mut(), streams, observer };
     if recipe.demonstration > 0 {
-        School { environment: task.watching()?.as_mut(), streams, observer: &mut *school.observer }
+        School { environment: task.watching()?.as_mut(), observer: &mut *school.observer, ..school }
             .demonstration(&mut mind)?;
     }
     school.full_observer(&mut mind)?;
@@ -39,6 +42,7 @@ pub fn learn(
 
 /// Who learns where, from which randomness, and who watches.
 struct School<'a> {
+    task: &'a dyn Task,
     environment: &'a mut dyn Environment,
     streams: &'a Streams,
     observer: &'a mut dyn Observer,
@@ -77,14 +81,47 @@ impl School<'_> {
     fn attention(&mut self, mind: &mut Learned) -> Result<(), RunError> {
         let mut phase = phase("attention", mind.tiny_agents(), &mind.recipe, mind.recipe.attention);
         phase.exploration = mind.recipe.attention_exploration;
+        let controller = match &mind.recipe.method {
+            AttentionMethod::Counterfactual(config) => {
+                let config = mind.recipe.counterfactual(config);
+                Controller::Counterfactual(Box::new(self.counterfactual(mind, &config, &phase)?))
+            }
+            AttentionMethod::Values(_) => Controller::Values(Box::new(self.values(mind, phase)?)),
+        };
+        mind.controller = Some(controller);
+        Ok(())
+    }
+
+    fn values(&mut self, mind: &mut Learned, mut phase: Phase) -> Result<Attention, RunError> {
         phase.policy_learns = true;
         if !mind.recipe.learn_on {
             phase.lessons.teaching = Teaching::Nobody;
         }
-        let mut attention = mind.newborn_controller(self.streams)?;
+        let mut attention = mind.newborn_attention(self.streams)?;
         self.run(mind, &phase, &mut attention)?;
-        mind.controller = Some(Controller::Values(Box::new(attention)));
-        Ok(())
+        Ok(attention)
+    }
+
+    /// Iterates are compared where everybody learns: the test stays unseen.
+    fn counterfactual(
+        &mut self,
+        mind: &mut Learned,
+        config: &CounterfactualConfig,
+        phase: &Phase,
+    ) -> Result<Counterfactual, RunError> {
+        let mut validation = self.task.training()?;
+        let workers: &dyn Workers = if self.task.is_parallel() { &Pool } else { &Alone };
+        let mut school = counterfactual::School {
+            environment: &mut *self.environment,
+            validation: validation.as_mut(),
+            roster: mind.roster(),
+            members: &mut mind.members,
+            scaling: mind.recipe.scaling,
+            judge: &RollOuts { workers },
+            interrupted: &|| false,
+        };
+        let streams = self.streams.child("phase").child(&phase.name);
+        Ok(iterate(&mut school, config, phase, &streams, self.observer)?.policy)
     }
 
     fn run(&mut self, mind: &mut Learned, phase: &Phase, policy: &mut dyn Policy) -> Result<(), RunError> {

@@ -1,14 +1,17 @@
 //! A mind that was learned from a recipe: members, and whoever controls attention.
 
-use super::recipe::{AttentionMethod, Recipe};
+use super::method::{AttentionMethod, ValuesMethod};
+use super::recipe::Recipe;
 use crate::plan::PlanError;
 use crate::train::RunError;
+use metal_rl::counterfactual::iterate::student_shape;
+use metal_rl::counterfactual::{CounterfactualConfig, Student};
 use metal_rl::environment::EnvironmentSpec;
 use metal_rl::learner::{Dims, LearnerError};
 use metal_rl::learners::{GivenConfig, LearnerConfig};
 use metal_rl::member::{Member, decision_dims};
-use metal_rl::policies::Attention;
 use metal_rl::policies::attention::{Consultable, learner_dims};
+use metal_rl::policies::{Attention, Counterfactual};
 use metal_rl::policy::Policy;
 use metal_rl::random::Streams;
 use metal_rl::set::IndexSet;
@@ -22,6 +25,8 @@ pub(super) const OBSERVER: &str = "FOA";
 pub enum Controller {
     /// Values of looks and moves.
     Values(Box<Attention>),
+    /// A student of counterfactual policy iteration.
+    Counterfactual(Box<Counterfactual>),
 }
 
 impl Controller {
@@ -30,6 +35,7 @@ impl Controller {
     pub fn policy(&self) -> Box<dyn Policy> {
         match self {
             Self::Values(attention) => attention.clone(),
+            Self::Counterfactual(student) => student.clone(),
         }
     }
 
@@ -38,6 +44,7 @@ impl Controller {
     pub fn freeze(&self) -> Vec<u8> {
         match self {
             Self::Values(attention) => attention.learner().freeze(),
+            Self::Counterfactual(driver) => driver.student().freeze(),
         }
     }
 }
@@ -100,14 +107,12 @@ impl Learned {
         self.members.len() - 1
     }
 
-    /// A newborn attention controller.
-    ///
-    /// # Errors
-    /// If its learner refuses its settings.
-    pub fn newborn_controller(&self, streams: &Streams) -> Result<Attention, LearnerError> {
-        let AttentionMethod::Values(values) = &self.recipe.method;
+    /// A newborn attention controller of the paper's method.
+    pub(super) fn newborn_attention(&self, streams: &Streams) -> Result<Attention, LearnerError> {
+        let values = self.recipe.method.values();
         let seed = streams.child("attention").seed();
-        Ok(self.attention_with(values.learner.build(self.attention_dims(), seed)?))
+        let learner = values.learner.build(self.attention_dims(&values), seed)?;
+        Ok(self.attention_with(&values, learner))
     }
 
     /// The attention controller frozen in `bytes`.
@@ -115,27 +120,44 @@ impl Learned {
     /// # Errors
     /// If the bytes are damaged or belong to another task.
     pub(super) fn thaw_controller(&self, bytes: &[u8]) -> Result<Controller, LearnerError> {
-        let AttentionMethod::Values(values) = &self.recipe.method;
+        if let AttentionMethod::Counterfactual(config) = &self.recipe.method {
+            return self.thaw_student(&self.recipe.counterfactual(config), bytes);
+        }
+        let values = self.recipe.method.values();
         let learner = values.learner.thaw(bytes)?;
-        if learner.dims() != self.attention_dims() {
+        if learner.dims() != self.attention_dims(&values) {
             let reason = "it has another shape than the task".to_owned();
             return Err(LearnerError::Frozen { learner: "attention", reason });
         }
-        Ok(Controller::Values(Box::new(self.attention_with(learner))))
+        Ok(Controller::Values(Box::new(self.attention_with(&values, learner))))
     }
 
-    fn attention_dims(&self) -> Dims {
-        let AttentionMethod::Values(values) = &self.recipe.method;
-        let roster: Vec<usize> = self.tiny_agents().iter().collect();
-        learner_dims(&values.settings, &decision_dims(&self.members, &self.spec), &roster)
+    fn thaw_student(&self, config: &CounterfactualConfig, bytes: &[u8]) -> Result<Controller, LearnerError> {
+        let roster = self.roster();
+        let shape = student_shape(config, &self.members, &roster, &self.spec)
+            .map_err(|e| LearnerError::Frozen { learner: "counterfactual", reason: e.to_string() })?;
+        let student = Student::thaw(config, &shape, bytes)?;
+        Ok(Controller::Counterfactual(Box::new(Counterfactual::new(student, roster))))
     }
 
-    fn attention_with(&self, learner: Box<dyn metal_rl::learner::Learner>) -> Attention {
-        let AttentionMethod::Values(values) = &self.recipe.method;
-        let members: Vec<usize> = self.tiny_agents().iter().collect();
+    /// Who may be consulted.
+    pub(super) fn roster(&self) -> Vec<usize> {
+        self.tiny_agents().iter().collect()
+    }
+
+    fn attention_dims(&self, values: &ValuesMethod) -> Dims {
+        learner_dims(&values.settings, &decision_dims(&self.members, &self.spec), &self.roster())
+    }
+
+    fn attention_with(
+        &self,
+        values: &ValuesMethod,
+        learner: Box<dyn metal_rl::learner::Learner>,
+    ) -> Attention {
+        let members = self.roster();
         let prices = members.iter().map(|&m| self.members[m].price(&self.spec)).collect();
         let dims = decision_dims(&self.members, &self.spec);
-        let settings = self.recipe.attention_settings(values);
+        let settings = values.credited(self.recipe.credit);
         Attention::new(settings, learner, &dims, Consultable { members, prices })
     }
 }

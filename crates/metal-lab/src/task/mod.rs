@@ -4,6 +4,7 @@
 //! [`Recipe`], and one tiny agent per sensor, a full observer and an attention controller follow from them.
 
 mod learn;
+mod method;
 mod mind;
 mod named;
 mod recipe;
@@ -13,10 +14,11 @@ mod trial;
 
 pub use learn::learn;
 pub(crate) use learn::phase;
+pub use method::{AttentionMethod, ValuesMethod};
 pub(crate) use mind::born;
 pub use mind::{Controller, Learned};
 pub use named::{NAMES, NamedTask};
-pub use recipe::{AttentionMethod, Recipe, ValuesMethod};
+pub use recipe::Recipe;
 pub use saved::{Card, load, save};
 pub use table::{Cell, GroupPrice, Prices, RawTable, TableTask};
 pub use trial::{Driver, Score, trial};

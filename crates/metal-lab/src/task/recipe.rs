@@ -1,12 +1,12 @@
 //! How to learn a task: budgets, learners, attention method, all of it data.
 
+use super::method::{AttentionMethod, ValuesMethod};
 use crate::plan::PlanError;
+use metal_rl::counterfactual::CounterfactualConfig;
 use metal_rl::explore::Schedule;
 use metal_rl::fuse::Fuser;
 use metal_rl::learner::Rate;
 use metal_rl::learners::{LearnerConfig, MlpConfig, TileConfig};
-use metal_rl::policies::AttentionConfig;
-use metal_rl::policies::attention::MotorTarget;
 use metal_rl::returns::Credit;
 use metal_rl::view::Scaling;
 use serde::{Deserialize, Serialize};
@@ -45,38 +45,6 @@ pub struct Recipe {
     pub attention_exploration: Schedule,
     /// How attention is learned.
     pub method: AttentionMethod,
-}
-
-/// How attention is learned.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum AttentionMethod {
-    /// The paper's: values of looks and moves, Eqs. (8)-(11).
-    Values(ValuesMethod),
-}
-
-/// Attention control by values of looks and moves.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ValuesMethod {
-    /// Learner of the values.
-    pub learner: LearnerConfig,
-    /// Settings; `credit` is taken from the recipe.
-    pub settings: AttentionConfig,
-}
-
-impl Default for ValuesMethod {
-    fn default() -> Self {
-        let encoding = metal_rl::decision::Encoding {
-            content: metal_rl::decision::Content::Readings,
-            ..Default::default()
-        };
-        Self {
-            learner: LearnerConfig::Mlp(MlpConfig { capacity: 20_000, ..MlpConfig::default() }),
-            // No ramp: what was learned under cheaper looks would be replayed for ever.
-            settings: AttentionConfig { encoding, price_ramp: 0.0, ..AttentionConfig::default() },
-        }
-    }
 }
 
 /// Random choices: this share at first, this share from four fifths of the phase on.
@@ -150,26 +118,21 @@ impl Recipe {
         crate::plan::limits::rate("rate", self.rate)?;
         crate::plan::limits::schedule("exploration", self.exploration)?;
         crate::plan::limits::schedule("attention_exploration", self.attention_exploration)?;
-        let AttentionMethod::Values(values) = &self.method;
-        values.learner.validate().map_err(|e| PlanError::at("method.values.learner", e.to_string()))?;
-        crate::plan::limits::attention("method.values.settings", &values.settings)
+        self.method.check()
     }
 
-    /// The settings of attention control, with the recipe's credit.
-    #[must_use]
-    pub fn attention_settings(&self, values: &ValuesMethod) -> AttentionConfig {
-        AttentionConfig { credit: self.credit, ..values.settings.clone() }
-    }
-
-    /// The same recipe for a task of one step per episode: the future is worth nothing, and values of looks need no
-    /// returns, which would mix in what exploring moves earned.
+    /// The same recipe for a task of one step per episode: the future is worth nothing.
     #[must_use]
     pub fn for_horizon(mut self, horizon: usize) -> Self {
         if horizon == 1 {
-            let AttentionMethod::Values(values) = &mut self.method;
-            values.settings.motor_target = MotorTarget::Myopic;
+            self.method = self.method.for_one_step();
             self.credit.lambda = 0.0;
         }
         self
+    }
+
+    /// The settings of counterfactual policy iteration, with the recipe's discount.
+    pub(super) fn counterfactual(&self, config: &CounterfactualConfig) -> CounterfactualConfig {
+        CounterfactualConfig { gamma: self.credit.gamma, ..config.clone() }
     }
 }

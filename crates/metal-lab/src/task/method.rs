@@ -1,0 +1,106 @@
+//! How a task's attention is learned: the paper's values of looks, or counterfactual policy iteration.
+
+use crate::plan::PlanError;
+use metal_rl::counterfactual::{CounterfactualConfig, LookRule};
+use metal_rl::learner::LearnerError;
+use metal_rl::learners::{LearnerConfig, MlpConfig};
+use metal_rl::policies::AttentionConfig;
+use metal_rl::policies::attention::MotorTarget;
+use metal_rl::returns::Credit;
+use metal_rl::set::IndexSet;
+use serde::{Deserialize, Serialize};
+
+/// How attention is learned.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AttentionMethod {
+    /// The paper's: values of looks and moves, Eqs. (8)-(11).
+    Values(ValuesMethod),
+    /// Counterfactual policy iteration, for worlds that can be copied; its discount is that of the recipe.
+    Counterfactual(CounterfactualConfig),
+}
+
+/// Attention control by values of looks and moves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ValuesMethod {
+    /// Learner of the values.
+    pub learner: LearnerConfig,
+    /// Settings; `credit` is taken from the recipe.
+    pub settings: AttentionConfig,
+}
+
+impl Default for ValuesMethod {
+    fn default() -> Self {
+        let encoding = metal_rl::decision::Encoding {
+            content: metal_rl::decision::Content::Readings,
+            ..Default::default()
+        };
+        Self {
+            learner: LearnerConfig::Mlp(MlpConfig { capacity: 20_000, ..MlpConfig::default() }),
+            // No ramp: what was learned under cheaper looks would be replayed for ever.
+            settings: AttentionConfig { encoding, price_ramp: 0.0, ..AttentionConfig::default() },
+        }
+    }
+}
+
+impl ValuesMethod {
+    /// The settings with the recipe's credit.
+    pub(super) fn credited(&self, credit: Credit) -> AttentionConfig {
+        AttentionConfig { credit, ..self.settings.clone() }
+    }
+}
+
+impl AttentionMethod {
+    /// Counterfactual policy iteration for tasks of one step per episode: roll-outs are exact, so labels never age, and
+    /// a row may need as many looks as it likes.
+    #[must_use]
+    pub fn one_step() -> Self {
+        const ITERATIONS: usize = 6;
+        Self::Counterfactual(CounterfactualConfig {
+            looks: LookRule::Adaptive { min_looks: 0, max_looks: IndexSet::CAPACITY },
+            iterations: ITERATIONS,
+            window: ITERATIONS,
+            price_ramp: 3,
+            validation_runs: 1000,
+            ..CounterfactualConfig::default()
+        })
+    }
+
+    /// Refuses what cannot be carried out.
+    pub(super) fn check(&self) -> Result<(), PlanError> {
+        match self {
+            Self::Values(values) => {
+                let refuse = |e: LearnerError| PlanError::at("method.values.learner", e.to_string());
+                values.learner.validate().map_err(refuse)?;
+                crate::plan::limits::attention("method.values.settings", &values.settings)
+            }
+            Self::Counterfactual(config) => config.validate().map_err(|e| match e {
+                LearnerError::Setting { field, value, allowed, .. } => {
+                    PlanError::at(format!("method.counterfactual.{field}"), format!("{value}: {allowed}"))
+                }
+                other => PlanError::at("method.counterfactual", other.to_string()),
+            }),
+        }
+    }
+
+    /// In a task of one step per episode, values of looks need no returns, which would mix in what exploring moves
+    /// earned.
+    pub(super) fn for_one_step(self) -> Self {
+        match self {
+            Self::Counterfactual(config) => Self::Counterfactual(config),
+            Self::Values(mut values) => {
+                values.settings.motor_target = MotorTarget::Myopic;
+                Self::Values(values)
+            }
+        }
+    }
+
+    /// The settings of the paper's method, those it has by itself where another one was chosen.
+    pub(super) fn values(&self) -> ValuesMethod {
+        match self {
+            Self::Values(values) => values.clone(),
+            Self::Counterfactual(_) => ValuesMethod::default(),
+        }
+    }
+}

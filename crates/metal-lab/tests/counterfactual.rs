@@ -201,7 +201,7 @@ fn fixed_subsets_learn_by_the_same_recipe_and_keep_to_their_looks() {
     let derived = subset_plan(&plan, rows, rival, 0.5).unwrap();
     assert_eq!(derived.budget_steps("subset"), 300);
     let (_, config) = derived.counterfactual("subset").unwrap();
-    assert_eq!(config.fit.batches, 30);
+    assert_eq!((config.fit.batches, config.judged), (30, 1.0), "as many roll-outs as with free looks");
     let subset =
         metal_lab::reproduce::subsets::train_subset(&plan, rows, (rival, 0.5), &Streams::new(2), &Silent)
             .unwrap();

@@ -93,6 +93,10 @@ fn same_recipe(
     let members: Vec<String> = rival.sensors.iter().map(|s| eyes[s].clone()).collect();
     file.attention.retain(|name, _| name == controller);
     for config in file.attention.values_mut().filter_map(|row| row.counterfactual.as_mut()) {
+        if config.judges_twice() {
+            // Moves are judged after one set of looks only where looks are not free, so twice the moments cost the same.
+            config.judged = (2.0 * config.judged).min(1.0);
+        }
         config.looks = match rival.every {
             1 => LookRule::Fixed(members.clone()),
             steps => LookRule::Every { steps, members: members.clone() },

@@ -103,6 +103,10 @@ pub struct CounterfactualConfig {
     pub iterations: usize,
     /// Labels of this many last iterations are learned from.
     pub window: usize,
+    /// Motor steps after which the student's own drives begin anew in the first iteration; the limit rises evenly to the
+    /// world's own over the first half of the iterations. 0: episodes are as long as the world's from the beginning. A
+    /// bad student is soon where no move makes a difference any more, and would learn from hardly anything else.
+    pub first_drives: usize,
     /// Share of visited states that are judged, in (0, 1].
     pub judged: f64,
     /// Motor steps of a roll-out before the student's own value stands in for the rest.
@@ -133,6 +137,7 @@ impl Default for CounterfactualConfig {
             fit: FitConfig::default(),
             iterations: 12,
             window: 5,
+            first_drives: 10,
             judged: 0.5,
             horizon: 10,
             bootstrap: true,
@@ -146,6 +151,13 @@ impl Default for CounterfactualConfig {
 }
 
 impl CounterfactualConfig {
+    /// Whether moves are judged after other looks, too: where looks are free to choose and remembered, a look not taken
+    /// is missed later on.
+    #[must_use]
+    pub fn judges_twice(&self) -> bool {
+        self.memory.looks > 0 && matches!(self.looks, LookRule::Adaptive { .. })
+    }
+
     /// Refuses settings outside their range.
     ///
     /// # Errors
@@ -156,6 +168,7 @@ impl CounterfactualConfig {
         self.validate_looks()?;
         count("iterations", self.iterations, 1..=10_000)?;
         count("window", self.window, 1..=10_000)?;
+        count("first_drives", self.first_drives, 0..=1_000_000)?;
         share("judged", self.judged)?;
         count("horizon", self.horizon, 1..=100_000)?;
         within("gamma", self.gamma, (0.0..1.0).contains(&self.gamma), "must be in [0, 1)")?;

@@ -2,7 +2,7 @@
 
 use super::config::CounterfactualConfig;
 use super::fit::{fit, scale};
-use super::judge::{Judge, Judged, Pupil};
+use super::judge::{Judge, Judged, Pupil, Worth};
 use super::rule::{LookRule, UnknownMember};
 use super::sight::gather;
 use super::student::{Student, StudentShape};
@@ -71,6 +71,8 @@ pub struct Iterate {
     pub validation_steps: usize,
     /// Share of the price of looking that was learned from.
     pub price_share: f64,
+    /// Share of this iteration's judged moments at which no move made much of a difference.
+    pub idle: f64,
     /// Mean loss at the end of the fit, in units of the labels' spread.
     pub loss: f64,
     /// Motor reward and prices together.
@@ -182,7 +184,8 @@ impl Course {
         let horizon = school.environment.spec().horizon;
         let drive = own_drive(phase, (iteration, config.iterations), horizon);
         let Budget::Steps(own_steps) = drive.budget else { unreachable!("own drives are counted in steps") };
-        let sights = gather(school, &self.student, &drive, &streams.child("drive"), observer)?;
+        let limit = drive_limit((iteration, config.iterations), config.first_drives, horizon);
+        let sights = gather(school, &self.student, (&drive, limit), &streams.child("drive"), observer)?;
         let Some(sights) = sights else {
             return Err(CounterfactualError::NoCopies(school.environment.spec().id.clone()));
         };
@@ -195,6 +198,7 @@ impl Course {
             price_share,
         };
         let (judged, rolled_steps) = school.judge.judge(sights, &pupil)?;
+        let idle = idle(&judged);
         self.remember(judged, config.window);
         let data: Vec<&Judged> = self.window.iter().flatten().collect();
         if data.is_empty() {
@@ -209,6 +213,7 @@ impl Course {
             rolled_steps,
             validation_steps: tally.steps,
             price_share,
+            idle,
             loss,
             total: mean(tally.motor - tally.price),
             motor: mean(tally.motor),
@@ -269,6 +274,26 @@ pub fn price_share(iteration: usize, ramp: usize) -> f64 {
     if ramp == 0 { 1.0 } else { (iteration as f64 / ramp as f64).min(1.0) }
 }
 
+/// Motor steps after which own drives begin anew: from `first` to `horizon` over the first half of all iterations.
+fn drive_limit((iteration, iterations): (usize, usize), first: usize, horizon: usize) -> usize {
+    let half = (iterations / 2).max(1);
+    if first == 0 || iteration >= half || first >= horizon {
+        horizon
+    } else {
+        first + (horizon - first) * iteration / half
+    }
+}
+
+/// The share of moments at which the worst move costs less than a tenth of what it costs on average.
+fn idle(judged: &[Judged]) -> f64 {
+    let worst = |w: &Worth| w.advantages.iter().copied().fold(0.0, f64::min);
+    let spread = |j: &Judged| -j.worths.first().map_or(0.0, worst);
+    let spreads: Vec<f64> = judged.iter().map(spread).collect();
+    let n = spreads.len().max(1) as f64;
+    let mean = spreads.iter().sum::<f64>() / n;
+    spreads.iter().filter(|&&s| s < 0.1 * mean).count() as f64 / n
+}
+
 /// The part of a phase that is driven in one of its iterations: nobody learns, exploration stands still.
 fn own_drive(phase: &Phase, (iteration, iterations): (usize, usize), horizon: usize) -> Phase {
     let steps = match phase.budget {
@@ -313,6 +338,14 @@ mod tests {
         let shares: Vec<f64> = (0..6).map(|i| price_share(i, 4)).collect();
         assert_eq!(shares, [0.0, 0.25, 0.5, 0.75, 1.0, 1.0]);
         assert_eq!(price_share(0, 0), 1.0);
+    }
+
+    #[test]
+    fn drives_become_as_long_as_the_worlds() {
+        let limits: Vec<usize> = (0..6).map(|i| drive_limit((i, 6), 10, 40)).collect();
+        assert_eq!(limits, [10, 20, 30, 40, 40, 40]);
+        assert_eq!(drive_limit((0, 6), 0, 40), 40);
+        assert_eq!(drive_limit((0, 1), 60, 40), 40);
     }
 
     #[test]

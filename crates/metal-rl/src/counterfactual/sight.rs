@@ -4,7 +4,7 @@
 use super::gaze::Gaze;
 use super::iterate::School;
 use super::student::Student;
-use crate::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use crate::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use crate::observe::Observer;
 use crate::phase::Phase;
 use crate::policies::Counterfactual;
@@ -56,6 +56,8 @@ struct Track<'a> {
     note: Note,
     share: f64,
     owed: f64,
+    limit: usize,
+    steps: usize,
     streams: Streams,
     sights: Vec<Sight>,
     stuck: bool,
@@ -80,6 +82,7 @@ impl Environment for Track<'_> {
     }
 
     fn reset(&mut self, seed: u64) -> Result<(), EnvironmentError> {
+        self.steps = 0;
         self.world.reset(seed)
     }
 
@@ -89,7 +92,10 @@ impl Environment for Track<'_> {
 
     fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError> {
         self.take_note();
-        self.world.step(action)
+        self.steps += 1;
+        let outcome = self.world.step(action)?;
+        let cut = outcome.end == End::Running && self.steps >= self.limit;
+        Ok(if cut { Outcome { end: End::TimeLimit, ..outcome } } else { outcome })
     }
 
     fn measures(&self) -> &[f64] {
@@ -97,7 +103,7 @@ impl Environment for Track<'_> {
     }
 }
 
-/// Lets `student` drive through `phase` and returns the share of moments that is to be judged, evenly spread; none if the
+/// Lets `student` drive through `phase`, in episodes of at most `limit` motor steps, and returns the share of moments that is to be judged, evenly spread; none if the
 /// world cannot be copied.
 ///
 /// # Errors
@@ -105,7 +111,7 @@ impl Environment for Track<'_> {
 pub fn gather(
     school: &mut School<'_>,
     student: &Student,
-    phase: &Phase,
+    (phase, limit): (&Phase, usize),
     streams: &Streams,
     observer: &mut dyn Observer,
 ) -> Result<Option<Vec<Sight>>, EnvironmentError> {
@@ -117,6 +123,8 @@ pub fn gather(
         note,
         share: student.config().judged,
         owed: 0.0,
+        limit,
+        steps: 0,
         streams: streams.child("sights"),
         sights: Vec::new(),
         stuck: false,

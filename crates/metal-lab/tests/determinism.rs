@@ -77,7 +77,7 @@ fn remains(plan: &Plan, seed: u64, threads: usize) -> Remains {
 fn check(plan: &Plan) {
     let one = remains(plan, 1, 1);
     assert!(one.minds.iter().all(|m| m.values().all(|bytes| !bytes.is_empty())) && one.records.len() > 1000);
-    for threads in [1, 2, 4] {
+    for threads in [1, 2, 8] {
         let again = remains(plan, 1, threads);
         assert!(again.minds == one.minds, "minds on {threads} threads");
         assert!(again.records == one.records, "records on {threads} threads");

@@ -2,6 +2,7 @@
 
 use crate::robots;
 use clap::{Args, Parser, Subcommand};
+use metal_lab::checkpoint::Start;
 use metal_lab::store::MOST_SEEDS;
 use std::path::PathBuf;
 
@@ -88,7 +89,8 @@ Examples:
 
 The folder gets report.html (open it first), results.json, records.csv (one row per test run),
 plan.toml (the experiment as it was run), run.json and the trained minds. The same seed gives the
-same numbers on any number of threads.";
+same numbers on any number of threads. Until the run is finished, every finished piece of it is in
+checkpoint/, and --resume goes on from there.";
 
 const RUN: &str = "\
 Examples:
@@ -163,6 +165,31 @@ pub struct Printing {
     pub json: bool,
 }
 
+/// What becomes of a run that is in the folder already.
+#[derive(Debug, Args)]
+pub struct Keeping {
+    /// Go on with the run in the folder that was stopped or killed; the numbers are those of a run in one go
+    #[arg(long)]
+    pub resume: bool,
+    /// Replace the run in the folder
+    #[arg(long, conflicts_with = "resume")]
+    pub force: bool,
+    /// While a phase is learned, save it this often (0: after every episode)
+    #[arg(long, default_value_t = 30, value_name = "SECONDS")]
+    pub save_every: u32,
+}
+
+impl Keeping {
+    /// The wish in the lab's words.
+    pub fn start(&self) -> Start {
+        match (self.resume, self.force) {
+            (true, _) => Start::Resume,
+            (_, true) => Start::Force,
+            _ => Start::Fresh,
+        }
+    }
+}
+
 /// Options common to everything that trains.
 #[derive(Debug, Args)]
 pub struct Training {
@@ -181,6 +208,8 @@ pub struct Training {
     /// Override a field of the experiment: dotted key = TOML value; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    #[command(flatten)]
+    pub keeping: Keeping,
     #[command(flatten)]
     pub printing: Printing,
     /// Threads (0: one per core); results do not depend on it

@@ -9,7 +9,7 @@ pub struct Bar {
     bar: ProgressBar,
 }
 
-/// Set by Ctrl-C; asked between phases.
+/// Set by Ctrl-C; asked between episodes.
 pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 impl Bar {
@@ -34,6 +34,10 @@ impl Progress for Bar {
 
     fn stage(&self, what: &str) {
         self.bar.set_message(what.to_owned());
+    }
+
+    fn warn(&self, what: &str) {
+        self.bar.suspend(|| eprintln!("metal: warning: {what}"));
     }
 
     fn interrupted(&self) -> bool {

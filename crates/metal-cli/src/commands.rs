@@ -1,15 +1,18 @@
 //! What each command does: call the lab, print.
 
-use crate::args::{Aliasing, Arguments, Command, Comparing, Eval, Reproduce, Run, Studio, Training};
+use crate::args::{Aliasing, Arguments, Command, Comparing, Eval, Keeping, Reproduce, Run, Studio, Training};
 use crate::bar::{Bar, INTERRUPTED};
 use crate::{robots, table};
 use anyhow::{Context, bail};
 use clap::CommandFactory;
 use metal_lab::bench::{self, BenchOptions};
+use metal_lab::checkpoint::{self, Begun, Checkpoint, Job, Ledger};
 use metal_lab::demonstrations::Demonstrations;
 use metal_lab::plan::{self, Plan};
 use metal_lab::registry::Roads;
-use metal_lab::reproduce::{Options, execute, planned_steps, quick};
+use metal_lab::reproduce::{Options, execute_kept, planned_steps, quick};
+use metal_lab::results::Results;
+use metal_lab::store::Store;
 use metal_lab::task::{NamedTask, Prices, Recipe, TableTask, Task};
 use metal_lab::{catalogue, experiments, finish, reevaluate, traffic};
 use metal_studio::server;
@@ -17,6 +20,7 @@ use metal_studio::subject::Subject;
 use std::io::Write;
 use std::path::Path;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 /// Carries out a command.
 pub fn run(arguments: Arguments) -> anyhow::Result<()> {
@@ -67,13 +71,13 @@ fn say_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     say(&format!("{}\n", serde_json::to_string_pretty(value)?))
 }
 
-/// Ctrl-C asks politely first: the phase that runs is finished, then everything stops.
+/// Ctrl-C asks politely first: episodes and tests that run are finished, then everything stops.
 fn listen_to_ctrl_c() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        eprintln!("\nmetal: stopping at the end of this phase; press Ctrl-C again to stop at once");
+        eprintln!("\nmetal: stopping as soon as what runs is saved; press Ctrl-C again to stop at once");
     })
     .context("cannot listen to Ctrl-C")
 }
@@ -102,22 +106,38 @@ fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
         quick: training.quick,
         all_subsets: training.all_subsets,
     };
-    let store = metal_lab::store::Store::create(out)?;
-    let bar = Bar::new(planned_steps(&plan, &options) as u64);
-    let outcome = execute(plan, options, &bar);
-    bar.finish();
-    let outcome = outcome.with_context(|| format!("nothing was written to {}", out.display()))?;
-    let results = finish::write(&outcome, &store, &typed())?;
+    let store = Store::create(out)?;
+    let results = match begin(&store, &Job::new(&plan, &options)?, &training.keeping)? {
+        Begun::Finished => store.read_results()?,
+        Begun::Work(checkpoint) => work((plan.clone(), options), &store, checkpoint)?,
+    };
     if training.printing.json {
         return say_json(&results);
     }
-    let scenario = outcome.plan.file.environment.training_scenario();
+    let scenario = plan.file.environment.training_scenario();
     let mut text = table::text(&results.policies, &scenario);
     if results.quick {
         text += "\nquick run: budgets were cut, these numbers only show that everything works\n";
     }
     let (report, numbers) = (store.path("report.html"), store.path("results.json"));
     say(&format!("{text}\nreport:  {}\nnumbers: {}\n", report.display(), numbers.display()))
+}
+
+fn begin(store: &Store, job: &Job, keeping: &Keeping) -> anyhow::Result<Begun> {
+    let every = Duration::from_secs(keeping.save_every.into());
+    let warn = |what: &str| eprintln!("metal: warning: {what}");
+    Ok(checkpoint::begin(store, job, (keeping.start(), every), &warn)?)
+}
+
+/// Does what there is to do, writes it, and forgets the checkpoint.
+fn work((plan, options): (Plan, Options), store: &Store, checkpoint: Checkpoint) -> anyhow::Result<Results> {
+    let bar = Bar::new(planned_steps(&plan, &options) as u64);
+    let outcome = execute_kept(plan, options, &Ledger::new(&checkpoint, &bar));
+    bar.finish();
+    let kept = || format!("not finished: --resume goes on from {}", checkpoint.folder().display());
+    let results = finish::write(&outcome.with_context(kept)?, store, &typed()).with_context(kept)?;
+    checkpoint.finish()?;
+    Ok(results)
 }
 
 /// The plan with a person's demonstrations in Phase I, if somebody gave some.
@@ -173,7 +193,7 @@ fn show(url: &str) -> anyhow::Result<()> {
 
 fn evaluate(eval: &Eval) -> anyhow::Result<()> {
     use_threads(0)?;
-    let store = metal_lab::store::Store::open(&eval.run)?;
+    let store = Store::open(&eval.run)?;
     let results = reevaluate::on(&store, roads(eval)?.as_ref(), eval.runs as usize)?;
     if eval.json {
         return say_json(&results);

@@ -43,7 +43,7 @@ fn toy() -> String {
 /// The toy with next to no training, two trainings of it.
 fn tiny<'a>(toy: &'a str, out: &'a str) -> Vec<&'a str> {
     let budgets = ["--set", "phase.attention.budget.episodes=40", "--set", "evaluation.runs=60"];
-    [vec!["run", toy, "--out", out, "--seeds", "2", "--threads", "1"], budgets.to_vec()].concat()
+    [vec!["run", toy, "--out", out, "--seeds", "2", "--threads", "1", "--force"], budgets.to_vec()].concat()
 }
 
 /// The folder of one tiny run of the toy, made once for all tests.

@@ -7,7 +7,6 @@ use crate::reproduce::{Outcome, gather};
 use crate::results::{Figures, Results};
 use crate::store::{RecordKey, RunCard, Store, StoreError, records_csv};
 use crate::train::RunError;
-use std::collections::BTreeMap;
 
 /// Why a run could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -89,19 +88,9 @@ fn results(outcome: &Outcome) -> Result<Results, RunError> {
 }
 
 fn write_minds(outcome: &Outcome, store: &Store) -> Result<(), StoreError> {
-    let rosters: BTreeMap<String, Vec<String>> = outcome
-        .plan
-        .file
-        .phase
-        .values()
-        .filter_map(|row| match &row.acting {
-            crate::plan::Acting::Attention(name) => Some((name.clone(), row.roster.clone())),
-            _ => None,
-        })
-        .collect();
     for (seed, phases) in outcome.trained.iter().enumerate() {
         for (phase, trained) in phases {
-            store.write_mind(seed, phase, &trained.mind.freeze(&rosters))?;
+            store.write_mind(seed, phase, &trained.mind.freeze_for(&outcome.plan))?;
         }
     }
     Ok(())

@@ -7,6 +7,7 @@ pub mod registry;
 pub mod traffic;
 
 pub mod catalogue;
+pub mod checkpoint;
 pub mod experiments;
 
 pub mod demonstrations;

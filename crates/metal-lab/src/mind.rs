@@ -159,6 +159,17 @@ impl Mind {
         FrozenMind { version: FROZEN_VERSION, members, attention }
     }
 
+    /// As [`Self::freeze`], every attention controller with the roster that `plan` gives it.
+    #[must_use]
+    pub fn freeze_for(&self, plan: &Plan) -> FrozenMind {
+        let rows = plan.file.phase.values();
+        let rosters = rows.filter_map(|row| match &row.acting {
+            Acting::Attention(name) => Some((name.clone(), row.roster.clone())),
+            _ => None,
+        });
+        self.freeze(&rosters.collect())
+    }
+
     /// The mind of `plan` with the learners of `frozen`.
     ///
     /// # Errors

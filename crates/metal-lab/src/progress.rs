@@ -8,7 +8,10 @@ pub trait Progress: Sync {
     /// What is being done now, in words for a person.
     fn stage(&self, _what: &str) {}
 
-    /// Whether the user wants to stop; asked between phases.
+    /// Something was not as it should be, but the work goes on; in words for a person.
+    fn warn(&self, _what: &str) {}
+
+    /// Whether the user wants to stop; asked between episodes of training and between tests.
     fn interrupted(&self) -> bool {
         false
     }

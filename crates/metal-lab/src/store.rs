@@ -2,6 +2,7 @@
 
 use crate::mind::{FrozenMind, Mind};
 use crate::plan::{self, Plan};
+use crate::results::Results;
 use crate::trace::EpisodeRecord;
 use metal_rl::learner::LearnerError;
 use metal_rl::learners::frozen;
@@ -129,14 +130,7 @@ impl Store {
     /// # Errors
     /// If the file system refuses.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), StoreError> {
-        let path = self.path(name);
-        if let Some(parent) = path.parent() {
-            std::fs::create_dir_all(parent).map_err(|e| at(parent, e))?;
-        }
-        let draft = path.with_extension("tmp");
-        let mut file = std::fs::File::create(&draft).map_err(|e| at(&draft, e))?;
-        file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|e| at(&draft, e))?;
-        std::fs::rename(&draft, &path).map_err(|e| at(&path, e))
+        write_whole(&self.path(name), bytes)
     }
 
     /// Removes `name`, if it is there.
@@ -178,6 +172,16 @@ impl Store {
         }
     }
 
+    /// Reads the numbers of a finished run.
+    ///
+    /// # Errors
+    /// If the file is missing or damaged.
+    pub fn read_results(&self) -> Result<Results, StoreError> {
+        let path = self.path("results.json");
+        let text = std::fs::read_to_string(&path).map_err(|e| at(&path, e))?;
+        serde_json::from_str(&text).map_err(|e| StoreError::Damaged { path, reason: e.to_string() })
+    }
+
     fn mind_name(seed: usize, phase: &str) -> String {
         format!("minds/seed-{seed}/{phase}.mind")
     }
@@ -216,7 +220,41 @@ impl Store {
     }
 }
 
-fn at(path: &Path, source: std::io::Error) -> StoreError {
+/// Writes `bytes` to `path`, and its folder if need be: after a crash at any moment, the old file is there or the new one,
+/// never half of one.
+///
+/// # Errors
+/// If the file system refuses; no draft is left behind.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(|e| at(folder, e))?;
+    let mut draft = path.as_os_str().to_owned();
+    draft.push(".tmp");
+    let draft = PathBuf::from(draft);
+    let written = std::fs::File::create(&draft).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()
+    });
+    if let Err(e) = written.and_then(|()| std::fs::rename(&draft, path)) {
+        // What is left of the draft only takes space; that it cannot be removed is not the news.
+        let _ = std::fs::remove_file(&draft);
+        return Err(at(path, e));
+    }
+    sync_folder(folder).map_err(|e| at(folder, e))
+}
+
+/// Makes a rename last: the name of a file is kept by its folder.
+#[cfg(unix)]
+fn sync_folder(folder: &Path) -> std::io::Result<()> {
+    std::fs::File::open(folder)?.sync_all()
+}
+
+#[cfg(not(unix))]
+fn sync_folder(_folder: &Path) -> std::io::Result<()> {
+    Ok(())
+}
+
+pub(crate) fn at(path: &Path, source: std::io::Error) -> StoreError {
     StoreError::File { path: path.to_path_buf(), source }
 }
 

@@ -5,9 +5,10 @@ use metal_rl::environment::EnvironmentSpec;
 use metal_rl::measure::behaviour::{Driving, DrivingRun, driving};
 use metal_rl::observe::{Observer, Step};
 use metal_worlds::highway::kinematics::ACTION_SECS;
+use serde::{Deserialize, Serialize};
 
 /// One episode in numbers. Costs are sums over its motor steps (rewards, so ≤ 0 where they hurt).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpisodeRecord {
     /// Sum of motor rewards.
     pub motor: f64,
@@ -73,6 +74,18 @@ impl Trace {
     #[must_use]
     pub fn new(spec: &EnvironmentSpec) -> Self {
         Self { columns: COLUMNS.map(|name| spec.measure(name)), log: Log::default(), episodes: Vec::new() }
+    }
+
+    /// The trace of a run that has come as far as `episodes`.
+    #[must_use]
+    pub fn of(spec: &EnvironmentSpec, episodes: Vec<EpisodeRecord>) -> Self {
+        Self { episodes, ..Self::new(spec) }
+    }
+
+    /// Motor steps of all finished episodes.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.episodes.iter().map(EpisodeRecord::steps).sum()
     }
 
     /// Motor steps of the last finished episode.

@@ -1,5 +1,7 @@
 //! Training one seed: the plan's tree of phases, each from the minds its parent left behind.
 
+use crate::checkpoint::Ledger;
+use crate::checkpoint::ledger::Draft;
 use crate::demonstrations::{DemonstrationError, Demonstrations, Recording};
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
@@ -14,7 +16,7 @@ use metal_rl::member::Member;
 use metal_rl::observe::Observer;
 use metal_rl::phase::Phase;
 use metal_rl::random::Streams;
-use metal_rl::run::{Stage, run};
+use metal_rl::run::{Leg, Position, Stage, run_leg};
 use metal_rl::view::Scaling;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -50,6 +52,9 @@ pub enum RunError {
     /// A set of demonstrations cannot be used.
     #[error(transparent)]
     Demonstrations(#[from] DemonstrationError),
+    /// What was finished cannot be kept.
+    #[error("{0}; what was kept before is safe")]
+    Checkpoint(crate::store::StoreError),
     /// The user interrupted.
     #[error("interrupted")]
     Interrupted,
@@ -64,10 +69,22 @@ pub fn train_seed(
     streams: &Streams,
     progress: &dyn Progress,
 ) -> Result<BTreeMap<String, Trained>, RunError> {
+    train_seed_kept(plan, streams, &Ledger::none(progress))
+}
+
+/// As [`train_seed`]: every finished phase is kept in `ledger`, and what is kept is not trained again.
+///
+/// # Errors
+/// The first failure of any branch.
+pub fn train_seed_kept(
+    plan: &Plan,
+    streams: &Streams,
+    ledger: &Ledger<'_>,
+) -> Result<BTreeMap<String, Trained>, RunError> {
     let done = Mutex::new(BTreeMap::new());
     let newborn = Mind::newborn(plan, streams)?;
     let roots = children(plan, None);
-    branch(&Grove { plan, streams, progress, done: &done }, &roots, &newborn)?;
+    branch(&Grove { plan, streams, ledger, done: &done }, &roots, &newborn)?;
     Ok(done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner))
 }
 
@@ -75,7 +92,7 @@ pub fn train_seed(
 struct Grove<'a> {
     plan: &'a Plan,
     streams: &'a Streams,
-    progress: &'a dyn Progress,
+    ledger: &'a Ledger<'a>,
     done: &'a Mutex<BTreeMap<String, Trained>>,
 }
 
@@ -86,8 +103,12 @@ fn children<'a>(plan: &'a Plan, parent: Option<&str>) -> Vec<&'a str> {
 
 fn branch(grove: &Grove<'_>, names: &[&str], parent: &Mind) -> Result<(), RunError> {
     use rayon::prelude::*;
+    let Grove { plan, streams, ledger, .. } = grove;
     names.par_iter().try_for_each(|name| {
-        let trained = train_phase(grove.plan, name, parent.clone(), grove.streams, grove.progress)?;
+        let trained = match ledger.finished(plan, name) {
+            Some(trained) => trained,
+            None => train_phase_kept(plan, name, parent.clone(), streams, ledger)?,
+        };
         let mind = trained.mind.clone();
         grove
             .done
@@ -105,19 +126,46 @@ fn branch(grove: &Grove<'_>, names: &[&str], parent: &Mind) -> Result<(), RunErr
 pub fn train_phase(
     plan: &Plan,
     name: &str,
-    mut mind: Mind,
+    mind: Mind,
     streams: &Streams,
     progress: &dyn Progress,
 ) -> Result<Trained, RunError> {
+    train_phase_kept(plan, name, mind, streams, &Ledger::none(progress))
+}
+
+/// As [`train_phase`]: saved from time to time in `ledger`, gone on with where it was saved, and kept at its end.
+fn train_phase_kept(
+    plan: &Plan,
+    name: &str,
+    mind: Mind,
+    streams: &Streams,
+    ledger: &Ledger<'_>,
+) -> Result<Trained, RunError> {
     let mut environment = classroom(plan, name)?;
-    let mut observer = Watcher { trace: Trace::new(&plan.spec), progress };
-    let ear = &mut |_: &Heard<'_>| {};
-    let watch = Watch { environment: environment.as_mut(), observer: &mut observer, ear, progress };
-    let diary = learn_phase(plan, name, &mut mind, streams, watch)?;
-    if progress.interrupted() {
-        return Err(RunError::Interrupted);
-    }
-    Ok(Trained { mind, trace: observer.trace, diary })
+    let progress = ledger.progress();
+    let newborn = || Draft { mind, trace: Trace::new(&plan.spec), at: Position::default(), saved: 0 };
+    let mut draft = ledger.draft(plan, name).unwrap_or_else(newborn);
+    // A recording is read from its first line to its last: it cannot be begun in the middle.
+    let divisible = !matches!(plan.file.phase[name].acting, Acting::Demonstrations(_));
+    let diary = loop {
+        let (due, ear) = (ledger.alarm(), &mut |_: &Heard<'_>| {});
+        let mut observer = Watcher { trace: draft.trace, progress };
+        let watch = Watch { environment: environment.as_mut(), observer: &mut observer, ear, progress };
+        let mut leg = Leg { at: draft.at, pause: &mut || divisible && (due() || progress.interrupted()) };
+        let learned = learn_leg((plan, name), &mut draft.mind, streams, watch, &mut leg)?;
+        (draft.at, draft.trace) = (leg.at, observer.trace);
+        if let Some(diary) = learned {
+            break diary;
+        }
+        ledger.save(plan, name, &draft)?;
+        draft.saved += 1;
+        if progress.interrupted() {
+            return Err(RunError::Interrupted);
+        }
+    };
+    let trained = Trained { mind: draft.mind, trace: draft.trace, diary };
+    ledger.finish(plan, name, &trained)?;
+    if progress.interrupted() { Err(RunError::Interrupted) } else { Ok(trained) }
 }
 
 /// The world of a phase: the plan's own, or the recording that its demonstrations are.
@@ -157,6 +205,18 @@ pub fn learn_phase(
     streams: &Streams,
     watch: Watch<'_>,
 ) -> Result<Vec<Iterate>, RunError> {
+    let mut whole = Leg { at: Position::default(), pause: &mut || false };
+    Ok(learn_leg((plan, name), mind, streams, watch, &mut whole)?.unwrap_or_default())
+}
+
+/// As [`learn_phase`], a leg of it. Counterfactual policy iteration knows no legs. Nothing comes back from a pause.
+fn learn_leg(
+    (plan, name): (&Plan, &str),
+    mind: &mut Mind,
+    streams: &Streams,
+    watch: Watch<'_>,
+    leg: &mut Leg<'_>,
+) -> Result<Option<Vec<Iterate>>, RunError> {
     let row = &plan.file.phase[name];
     let phase = plan.phase(name);
     let streams = streams.child("phase").child(name);
@@ -164,19 +224,19 @@ pub fn learn_phase(
     if let Some((controller, config)) = plan.counterfactual(name) {
         let graduate = teach(plan, (config, &phase), mind, &streams, watch)?;
         mind.students.insert(controller.to_owned(), graduate.policy);
-        return Ok(graduate.diary);
+        return Ok(Some(graduate.diary));
     }
-    if let Acting::Attention(controller) = &row.acting {
+    let finished = if let Acting::Attention(controller) = &row.acting {
         // Taken out for the phase, so that what it learns stays with this mind.
         let mut attention = mind.take_attention(plan, controller, phase.roster, &streams)?;
-        let result = learn(&mut mind.members, Wheel::Attention(&mut attention), &lesson, watch);
+        let result = learn(&mut mind.members, Wheel::Attention(&mut attention), &lesson, watch, leg);
         mind.attention.insert(controller.clone(), attention);
-        result?;
+        result?
     } else {
         let mut policy = mind.policy(plan, &row.acting, phase.roster, 0);
-        learn(&mut mind.members, Wheel::Other(policy.as_mut()), &lesson, watch)?;
-    }
-    Ok(Vec::new())
+        learn(&mut mind.members, Wheel::Other(policy.as_mut()), &lesson, watch, leg)?
+    };
+    Ok(finished.then(Vec::new))
 }
 
 /// What is to be learned.
@@ -191,9 +251,10 @@ fn learn(
     wheel: Wheel<'_>,
     lesson: &Lesson<'_>,
     watch: Watch<'_>,
-) -> Result<(), EnvironmentError> {
+    leg: &mut Leg<'_>,
+) -> Result<bool, EnvironmentError> {
     let Watch { environment, observer, ear, .. } = watch;
     let mut policy = Overheard::new(wheel, ear);
     let mut stage = Stage { environment, members, policy: &mut policy, scaling: lesson.scaling };
-    run(&mut stage, lesson.phase, lesson.streams, observer)
+    run_leg(&mut stage, lesson.phase, lesson.streams, leg, observer)
 }

@@ -77,7 +77,7 @@ fn remains(plan: &Plan, seed: u64, threads: usize) -> Remains {
 fn check(plan: &Plan) {
     let one = remains(plan, 1, 1);
     assert!(one.minds.iter().all(|m| m.values().all(|bytes| !bytes.is_empty())) && one.records.len() > 1000);
-    for threads in [1, 2, 4] {
+    for threads in [1, 2, 8] {
         let again = remains(plan, 1, threads);
         assert!(again.minds == one.minds, "minds on {threads} threads");
         assert!(again.records == one.records, "records on {threads} threads");
@@ -128,4 +128,36 @@ fn a_bystander_changes_nobody() {
     );
     assert!(watched.remove("AB").is_some());
     assert!(alone == watched, "and nobody else noticed");
+}
+
+/// The plan of the toy with somebody else who learns, draws and is tested beside everybody.
+#[test]
+fn another_stream_of_random_numbers_moves_no_other() {
+    let base = ["phase.attention.budget.episodes=8", "evaluation.runs=6"];
+    let everybody = "[\"MN\", \"MF\", \"LN\", \"RN\", \"LF\", \"RF\", \"IR\"]";
+    let more = [
+        "attention.rival={ learner = \"acl\" }".to_owned(),
+        format!(
+            "phase.rival={{ roster = {everybody}, acting = {{ attention = \"rival\" }}, teaching = \"nobody\", \
+             rate = \"full\", exploration = {{ random = {{ from = 1.0, to = 0.5, until = 1.0 }} }}, \
+             budget = {{ episodes = 13 }} }}"
+        ),
+        format!(
+            "policy.aaa_rival={{ after = \"rival\", roster = {everybody}, acting = {{ attention = \"rival\" }} }}"
+        ),
+        format!("policy.aab_random={{ roster = {everybody}, acting = {{ random_looks = 2.0 }} }}"),
+    ];
+    let alone = remains(&parse(experiments::TOY, &base), 1, 2);
+    let assignments: Vec<&str> = base.into_iter().chain(more.iter().map(String::as_str)).collect();
+    let together = remains(&parse(experiments::TOY, &assignments), 1, 2);
+    for (a, b) in alone.minds.iter().zip(&together.minds) {
+        assert!(a["attention"] == b["attention"] && b.contains_key("rival"), "the same minds");
+    }
+    let rows = |records: &[u8]| -> Vec<String> {
+        let text = String::from_utf8(records.to_vec()).unwrap();
+        let known = |line: &&str| !line.starts_with("aaa_rival") && !line.starts_with("aab_random");
+        text.lines().filter(known).map(str::to_owned).collect()
+    };
+    assert_eq!(rows(&alone.records), rows(&together.records), "the same tests of everybody else");
+    assert!(together.records.len() > alone.records.len());
 }

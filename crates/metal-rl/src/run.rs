@@ -11,6 +11,7 @@ use crate::random::{Rng, Streams};
 use crate::set::IndexSet;
 use crate::teach::Episode;
 use crate::view::{Percept, Scaling};
+use serde::{Deserialize, Serialize};
 
 /// Who is where: a world, the members of a mind, and who is at the wheel.
 pub struct Stage<'a> {
@@ -24,6 +25,35 @@ pub struct Stage<'a> {
     pub scaling: Scaling,
 }
 
+/// Where a phase stands between two of its episodes: with the minds, all there is to know to go on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Position {
+    /// Finished episodes.
+    pub episodes: usize,
+    /// Their motor steps.
+    pub steps: usize,
+}
+
+impl Position {
+    /// Share of `budget` that is spent, in [0, 1].
+    #[must_use]
+    pub fn progress(&self, budget: Budget) -> f64 {
+        let share = |done: usize, all: usize| if all == 0 { 1.0 } else { done as f64 / all as f64 };
+        match budget {
+            Budget::Episodes(n) => share(self.episodes, n),
+            Budget::Steps(n) => share(self.steps, n),
+        }
+    }
+}
+
+/// A part of a phase: from where, and until when.
+pub struct Leg<'a> {
+    /// Where the phase stands.
+    pub at: Position,
+    /// Asked after every episode whether to pause.
+    pub pause: &'a mut dyn FnMut() -> bool,
+}
+
 /// Runs one phase to the end of its budget. All randomness comes from `streams`; episode k is the same whatever came
 /// before it, so policies are compared on the same starts, traffic and noise.
 ///
@@ -35,22 +65,42 @@ pub fn run(
     streams: &Streams,
     observer: &mut dyn Observer,
 ) -> Result<(), EnvironmentError> {
+    let mut leg = Leg { at: Position::default(), pause: &mut || false };
+    run_leg(stage, phase, streams, &mut leg, observer)?;
+    Ok(())
+}
+
+/// As [`run`], from `leg.at` until the budget is spent (then true) or somebody wants a pause. Legs one after the other
+/// give the same bits as one run, if the world forgets everything between episodes.
+///
+/// # Errors
+/// If the environment fails; what was learned until then stays learned.
+pub fn run_leg(
+    stage: &mut Stage<'_>,
+    phase: &Phase,
+    streams: &Streams,
+    leg: &mut Leg<'_>,
+    observer: &mut dyn Observer,
+) -> Result<bool, EnvironmentError> {
     let mut desk = Desk::new(stage);
-    let (mut episode, mut steps) = (0, 0);
     loop {
-        let progress = progress(phase.budget, episode, steps);
+        let Position { episodes: episode, steps } = leg.at;
+        let progress = leg.at.progress(phase.budget);
         if progress >= 1.0 {
-            return Ok(());
+            return Ok(true);
         }
         let left = match phase.budget {
             Budget::Episodes(_) => usize::MAX,
             Budget::Steps(n) => n - steps,
         };
         let clock = Clock { episode, progress, steps_left: left };
-        steps += desk.episode(stage, phase, &streams.nth(episode as u64), (clock, observer))?;
-        episode += 1;
-        observer.on_episode(episode - 1, self::progress(phase.budget, episode, steps));
+        leg.at.steps += desk.episode(stage, phase, &streams.nth(episode as u64), (clock, observer))?;
+        leg.at.episodes += 1;
+        observer.on_episode(episode, leg.at.progress(phase.budget));
         observer.on_members(stage.members);
+        if leg.at.progress(phase.budget) < 1.0 && (leg.pause)() {
+            return Ok(false);
+        }
     }
 }
 
@@ -76,14 +126,6 @@ pub fn decide(stage: &mut Stage<'_>, phase: &Phase, streams: &Streams) -> Result
     stage.policy.begin(false);
     let (action, look_price) = desk.decide(stage, phase, 1.0)?;
     Ok(Decided { order: desk.state.order().to_vec(), action, look_price })
-}
-
-fn progress(budget: Budget, episodes: usize, steps: usize) -> f64 {
-    let share = |done: usize, all: usize| if all == 0 { 1.0 } else { done as f64 / all as f64 };
-    match budget {
-        Budget::Episodes(n) => share(episodes, n),
-        Budget::Steps(n) => share(steps, n),
-    }
 }
 
 /// Where in the phase an episode stands.

@@ -9,20 +9,21 @@ pub mod table;
 
 pub use gather::gather;
 
+use crate::checkpoint::Ledger;
 use crate::evaluate::{Candidate, Course, best_blind_action, test};
 use crate::mind::Mind;
 use crate::plan::Plan;
 use crate::plan::file::SubsetsFile;
 use crate::progress::Progress;
 use crate::registry::{Roads, roads_name};
-use crate::train::{RunError, Trained, train_seed};
+use crate::train::{RunError, Trained, train_seed_kept};
 use metal_rl::random::Streams;
 use metal_rl::set::IndexSet;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use subsets::{Rival, Screened, TrainedSubset, screen, train_subset};
+use subsets::{Rival, Screened, TrainedSubset, screen, train_subset_kept};
 use table::RunsBySeed;
 
 /// What to run beyond what the plan says.
@@ -68,8 +69,17 @@ pub struct Outcome {
 /// # Errors
 /// If a world fails, or the user interrupts.
 pub fn execute(plan: Plan, options: Options, progress: &dyn Progress) -> Result<Outcome, RunError> {
-    let streams = Streams::new(options.seed);
-    let desk = Desk { plan: &plan, options: &options, streams, progress, busy: Busy::default() };
+    execute_kept(plan, options, &Ledger::none(progress))
+}
+
+/// As [`execute`]: every finished piece of work is kept in `ledger`, and what is kept is not done again. The outcome is
+/// the same bit for bit, but for the time it took.
+///
+/// # Errors
+/// If a world fails, the user interrupts, or a piece cannot be kept.
+pub fn execute_kept(plan: Plan, options: Options, ledger: &Ledger<'_>) -> Result<Outcome, RunError> {
+    let (streams, progress) = (Streams::new(options.seed), ledger.progress());
+    let desk = Desk { plan: &plan, options: &options, streams, ledger, busy: Busy::default() };
     progress.stage("phases I to III");
     let trained = desk.train()?;
     progress.stage("testing every policy");
@@ -79,7 +89,7 @@ pub fn execute(plan: Plan, options: Options, progress: &dyn Progress) -> Result<
     if let Some(rows) = &plan.file.subsets {
         progress.stage("screening fixed subsets");
         screened = desk.busy.time("fixed subsets: screening", || {
-            screen(&plan, rows, options.all_subsets, &streams, progress)
+            screen(&plan, rows, options.all_subsets, &streams, &ledger.chapter("screening"))
         })?;
         progress.stage("confirming the best subsets");
         confirmed = candidates(&plan, rows, &screened);
@@ -155,7 +165,7 @@ struct Desk<'a> {
     plan: &'a Plan,
     options: &'a Options,
     streams: Streams,
-    progress: &'a dyn Progress,
+    ledger: &'a Ledger<'a>,
     busy: Busy,
 }
 
@@ -167,9 +177,11 @@ impl Desk<'_> {
 
     fn train(&self) -> Result<Vec<BTreeMap<String, Trained>>, RunError> {
         let seeds = (0..self.options.seeds).into_par_iter();
-        seeds
-            .map(|s| self.busy.time("training", || train_seed(self.plan, &self.seed(s), self.progress)))
-            .collect()
+        let train = |s| {
+            let ledger = self.ledger.chapter(&format!("train/seed-{s}"));
+            self.busy.time("training", || train_seed_kept(self.plan, &self.seed(s), &ledger))
+        };
+        seeds.map(train).collect()
     }
 
     fn course(&self, scenario: &str, roads: &Roads) -> Course {
@@ -182,7 +194,8 @@ impl Desk<'_> {
     fn blind(&self, trained: &BTreeMap<String, Trained>) -> Result<usize, RunError> {
         let Some(any) = trained.values().next() else { return Ok(0) };
         let course = self.course(&self.plan.file.environment.training_scenario(), &Roads::Validation);
-        best_blind_action(self.plan, &any.mind, &course, &self.streams.child("blind"), self.progress)
+        let (streams, progress) = (self.streams.child("blind"), self.ledger.progress());
+        self.ledger.once("blind", || best_blind_action(self.plan, &any.mind, &course, &streams, progress))
     }
 
     /// Every scenario on every kind of road.
@@ -217,11 +230,16 @@ impl Desk<'_> {
     ) -> Result<(), RunError> {
         for course in self.courses() {
             let seeds = (0..self.options.seeds).into_par_iter();
-            let test =
-                |s| self.busy.time("testing", || test(&candidate(s), &course, &self.seed(s), self.progress));
+            let roads = roads_name(&course.roads);
+            let (ledger, progress) = (self.ledger.chapter("test"), self.ledger.progress());
+            let test = |s| {
+                let piece = format!("{roads}/{name}/{}/seed-{s}", course.scenario);
+                let work = || test(&candidate(s), &course, &self.seed(s), progress);
+                self.busy.time("testing", || ledger.once(&piece, work))
+            };
             let runs: RunsBySeed = seeds.map(test).collect::<Result<_, RunError>>()?;
-            let roads = tables.entry(roads_name(&course.roads)).or_default();
-            roads.entry(name.to_owned()).or_default().insert(course.scenario.clone(), runs);
+            let tables = tables.entry(roads.clone()).or_default();
+            tables.entry(name.to_owned()).or_default().insert(course.scenario.clone(), runs);
         }
         Ok(())
     }
@@ -233,8 +251,9 @@ impl Desk<'_> {
             chosen.iter().flat_map(|&r| (0..seeds).map(move |i| (r, i))).collect();
         let train = |&(rival, seed): &(Rival, usize)| {
             let streams = self.seed(seed).child("subset");
-            self.busy
-                .time("training", || train_subset(self.plan, rows, (rival, 1.0), &streams, self.progress))
+            let name = subsets::name(self.plan, rival);
+            let ledger = self.ledger.chapter("confirm").chapter(&name).chapter(&format!("seed-{seed}"));
+            self.busy.time("training", || train_subset_kept(self.plan, rows, (rival, 1.0), &streams, &ledger))
         };
         let minds: Vec<TrainedSubset> = jobs.par_iter().map(train).collect::<Result<_, RunError>>()?;
         for (rival, minds) in chosen.iter().zip(minds.chunks(seeds)) {

@@ -2,11 +2,12 @@
 //! (Sec. 1), which it never measured (reading R35). One learner on a constant set, trained with the budget of everybody else.
 
 use super::table::motor;
+use crate::checkpoint::Ledger;
 use crate::evaluate::{Candidate, Course, test};
 use crate::plan::file::{MemberFile, PhaseFile, PlanFile, SubsetsFile};
 use crate::plan::{Acting, Plan, PlanError};
 use crate::progress::Progress;
-use crate::train::{RunError, Trained, train_seed};
+use crate::train::{RunError, Trained, train_seed_kept};
 use metal_rl::counterfactual::LookRule;
 use metal_rl::phase::{Budget, Sensing};
 use metal_rl::random::Streams;
@@ -184,9 +185,20 @@ pub fn train_subset(
     streams: &Streams,
     progress: &dyn Progress,
 ) -> Result<TrainedSubset, RunError> {
+    train_subset_kept(plan, rows, (rival, share), streams, &Ledger::none(progress))
+}
+
+/// As [`train_subset`], with its phases kept in `ledger`.
+pub(super) fn train_subset_kept(
+    plan: &Plan,
+    rows: &SubsetsFile,
+    (rival, share): (Rival, f64),
+    streams: &Streams,
+    ledger: &Ledger<'_>,
+) -> Result<TrainedSubset, RunError> {
     let plan = subset_plan(plan, rows, rival, share)?;
     let streams = streams.child(&name(&plan, rival));
-    let mut trained = train_seed(&plan, &streams, progress)?;
+    let mut trained = train_seed_kept(&plan, &streams, ledger)?;
     let trained = trained.remove(SUBSET).ok_or(RunError::Interrupted)?;
     Ok(TrainedSubset { plan, trained })
 }
@@ -194,7 +206,7 @@ pub fn train_subset(
 /// Screens subsets on few seeds and validation roads, apart from the seeds and roads of the report.
 ///
 /// All singles and pairs; then from the best pair on, one more sensor at a time, the best addition kept; with `all`,
-/// every subset there is. Of those who look now and then, all singles and pairs.
+/// every subset there is. Of those who look now and then, all singles and pairs. What is in `ledger` is not measured again.
 ///
 /// # Errors
 /// If the world fails.
@@ -203,9 +215,9 @@ pub fn screen(
     rows: &SubsetsFile,
     all: bool,
     streams: &Streams,
-    progress: &dyn Progress,
+    ledger: &Ledger<'_>,
 ) -> Result<Vec<Screened>, RunError> {
-    let desk = Screening { plan, rows, streams: streams.child("screening"), progress };
+    let desk = Screening { plan, rows, streams: streams.child("screening"), ledger };
     let n = plan.spec.sensors.len();
     let mut screened = Vec::new();
     for &every in &rows.every {
@@ -245,7 +257,7 @@ struct Screening<'a> {
     plan: &'a Plan,
     rows: &'a SubsetsFile,
     streams: Streams,
-    progress: &'a dyn Progress,
+    ledger: &'a Ledger<'a>,
 }
 
 impl Screening<'_> {
@@ -263,15 +275,21 @@ impl Screening<'_> {
 
     /// Mean motor reward of one subset on one seed.
     fn one(&self, (rival, seed): (Rival, usize)) -> Result<f64, RunError> {
+        let piece = format!("{}/seed-{seed}", name(self.plan, rival));
+        self.ledger.once(&piece, || self.measure_one((rival, seed)))
+    }
+
+    fn measure_one(&self, (rival, seed): (Rival, usize)) -> Result<f64, RunError> {
+        let progress = self.ledger.progress();
         let streams = self.streams.nth(seed as u64);
         let job = (rival, self.rows.screening_share);
-        let subset = train_subset(self.plan, self.rows, job, &streams, self.progress)?;
+        let subset = train_subset(self.plan, self.rows, job, &streams, progress)?;
         let course = Course {
             scenario: self.plan.file.environment.training_scenario(),
             roads: crate::registry::Roads::Validation,
             runs: self.rows.screening_runs,
         };
-        let runs = test(&subset.candidate(), &course, &streams, self.progress)?;
+        let runs = test(&subset.candidate(), &course, &streams, progress)?;
         Ok(motor(&runs))
     }
 }

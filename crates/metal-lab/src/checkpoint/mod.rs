@@ -1,0 +1,227 @@
+//! The memory of a run that is not finished: every finished piece of work in a file of its own under `checkpoint/`, so
+//! that a run that was killed goes on and ends with the same bits.
+//!
+//! A file is whole or not there. It carries the format's version, the job it belongs to (plan, seed, program), the name
+//! of its piece of work and a checksum; one that does not fit is reported by name and its work is done again.
+
+mod job;
+pub(crate) mod ledger;
+
+pub use job::Job;
+pub use ledger::Ledger;
+
+use crate::store::{Store, StoreError, at, write_whole};
+use metal_rl::learners::frozen;
+use serde::{Serialize, de::DeserializeOwned};
+use std::fs::{File, TryLockError};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Version of the files; a change of what is in them raises it.
+pub const FORMAT: u32 = 1;
+
+/// First bytes of a piece of work.
+const MAGIC: &[u8; 8] = b"METALCKP";
+
+/// What is sealed in a piece of work.
+const PIECE: &str = "checkpoint";
+
+/// Name of the file that says what is being done.
+const JOB: &str = "job.toml";
+
+/// Why a run cannot begin or go on in a folder.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// The file system said no.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// There is a finished run.
+    #[error("{}: holds a finished run; choose another folder, or replace it with --force", .0.display())]
+    Finished(PathBuf),
+    /// There is a run that was stopped.
+    #[error("{}: holds an unfinished run; go on with --resume, or start over with --force", .0.display())]
+    Unfinished(PathBuf),
+    /// The run in the folder is another one.
+    #[error("{}: cannot go on with --resume, because {difference}; start over with --force", folder.display())]
+    Changed {
+        /// The run folder.
+        folder: PathBuf,
+        /// What was and what is.
+        difference: String,
+    },
+    /// Somebody else is at work.
+    #[error("{}: another process is at work in this folder", .0.display())]
+    Busy(PathBuf),
+    /// The job cannot be described.
+    #[error("{JOB}: {0}")]
+    Job(String),
+}
+
+/// What to do with what is in the folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// Nothing may be there.
+    Fresh,
+    /// Go on with what is there.
+    Resume,
+    /// Start over, whatever is there.
+    Force,
+}
+
+/// How a run begins.
+pub enum Begun {
+    /// There is work to do.
+    Work(Checkpoint),
+    /// The same run is finished already.
+    Finished,
+}
+
+/// The folder `checkpoint/` of a run, ours until it is dropped.
+pub struct Checkpoint {
+    folder: PathBuf,
+    key: u64,
+    every: Duration,
+    _lock: File,
+}
+
+/// Looks at what is in the folder of `store`, and takes it for `job`. Phases are saved after at most `every` and an
+/// episode. `warn` hears of files that are not used.
+///
+/// # Errors
+/// If something is there that `start` does not allow, or the file system refuses.
+pub fn begin(
+    store: &Store,
+    job: &Job,
+    (start, every): (Start, Duration),
+    warn: &dyn Fn(&str),
+) -> Result<Begun, CheckpointError> {
+    let (finished, folder) = (store.path("run.json").is_file(), store.path("checkpoint"));
+    let stopped = folder.join(JOB).exists();
+    if start == Start::Fresh && (finished || stopped) {
+        let root = store.root().to_path_buf();
+        return Err(if finished {
+            CheckpointError::Finished(root)
+        } else {
+            CheckpointError::Unfinished(root)
+        });
+    }
+    let checkpoint = Checkpoint::take(folder, job, every)?;
+    match start {
+        Start::Resume if finished && !stopped => {
+            agree(store, &Job::of_run(store, job)?, job)?;
+            checkpoint.finish()?;
+            return Ok(Begun::Finished);
+        }
+        Start::Resume if stopped => match Job::read(&checkpoint.folder.join(JOB)) {
+            Ok(known) => agree(store, &known, job)?,
+            Err(e) => warn(&format!("{e}; only pieces of this very job are used")),
+        },
+        Start::Resume => warn("--resume: nothing was saved yet, starting at the beginning"),
+        Start::Fresh | Start::Force => {
+            store.remove("run.json")?;
+            checkpoint.clear()?;
+        }
+    }
+    write_whole(&checkpoint.folder.join(JOB), job.text()?.as_bytes())?;
+    Ok(Begun::Work(checkpoint))
+}
+
+fn agree(store: &Store, known: &Job, job: &Job) -> Result<(), CheckpointError> {
+    match known.difference(job) {
+        Some(difference) => Err(CheckpointError::Changed { folder: store.root().to_path_buf(), difference }),
+        None => Ok(()),
+    }
+}
+
+impl Checkpoint {
+    /// Makes the folder and locks it; the lock ends with the process, however it ends.
+    fn take(folder: PathBuf, job: &Job, every: Duration) -> Result<Self, CheckpointError> {
+        std::fs::create_dir_all(&folder).map_err(|e| at(&folder, e))?;
+        let path = folder.join("lock");
+        let lock = File::create(&path).map_err(|e| at(&path, e))?;
+        match lock.try_lock() {
+            Err(TryLockError::WouldBlock) => Err(CheckpointError::Busy(folder)),
+            // A file system without locks is no reason not to work on it.
+            _ => Ok(Self { key: job.key()?, folder, every, _lock: lock }),
+        }
+    }
+
+    /// The file of a piece of work: a readable name, made unique by a hash of the whole one.
+    fn path(&self, piece: &str) -> PathBuf {
+        let plain = |c: char| if c.is_ascii_alphanumeric() || "-.+".contains(c) { c } else { '_' };
+        let readable: String = piece.chars().map(plain).take(80).collect();
+        self.folder.join(format!("{readable}-{:016x}.piece", job::hash(piece.as_bytes())))
+    }
+
+    fn keep<T: Serialize>(&self, piece: &str, what: &T) -> Result<(), StoreError> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(FORMAT.to_le_bytes());
+        bytes.extend(frozen::seal(PIECE, &(self.key, piece, what)));
+        write_whole(&self.path(piece), &bytes)
+    }
+
+    /// A piece of work, if it was kept.
+    fn recall<T: DeserializeOwned>(&self, piece: &str) -> Result<Option<T>, StoreError> {
+        let path = self.path(piece);
+        let bytes = match std::fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(at(&path, e)),
+        };
+        self.open(piece, &bytes).map(Some).map_err(|reason| StoreError::Damaged { path, reason })
+    }
+
+    fn open<T: DeserializeOwned>(&self, piece: &str, bytes: &[u8]) -> Result<T, String> {
+        let body = bytes.strip_prefix(MAGIC.as_slice()).ok_or("not a piece of a checkpoint")?;
+        let (format, body) = body.split_first_chunk().ok_or("cut off")?;
+        let format = u32::from_le_bytes(*format);
+        if format != FORMAT {
+            return Err(format!("format {format}, this program reads {FORMAT}"));
+        }
+        // What belongs to another job may have another shape, so its owner is asked first.
+        let (key, name) = frozen::open::<(u64, String)>(PIECE, body).map_err(|e| e.to_string())?;
+        if key != self.key {
+            return Err("it belongs to another run".into());
+        }
+        if name != piece {
+            return Err(format!("it holds `{name}`"));
+        }
+        let (_, _, what) = frozen::open::<(u64, String, T)>(PIECE, body).map_err(|e| e.to_string())?;
+        Ok(what)
+    }
+
+    fn forget(&self, piece: &str) -> Result<(), StoreError> {
+        let path = self.path(piece);
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(at(&path, e)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Forgets everything; the folder stays ours.
+    fn clear(&self) -> Result<(), StoreError> {
+        // First what the others belong to: a folder without it is no unfinished run.
+        let names = std::fs::read_dir(&self.folder).map_err(|e| at(&self.folder, e))?;
+        let mut paths: Vec<PathBuf> = names.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        paths.sort_by_key(|path| !path.ends_with(JOB));
+        for path in paths.iter().filter(|p| p.is_file() && !p.ends_with("lock")) {
+            std::fs::remove_file(path).map_err(|e| at(path, e))?;
+        }
+        Ok(())
+    }
+
+    /// Removes the folder: the run is finished and written.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn finish(self) -> Result<(), StoreError> {
+        self.clear()?;
+        std::fs::remove_dir_all(&self.folder).map_err(|e| at(&self.folder, e))
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+}

@@ -59,6 +59,7 @@ pub fn run_error(error: RunError) -> PyErr {
         RunError::Learner(e) => refuse("learner", &e.to_string()),
         RunError::Environment(e) => environment_error(&e),
         RunError::Counterfactual(e) => refuse("attention", &e.to_string()),
+        RunError::Checkpoint(e) => refuse("checkpoint", &e.to_string()),
         RunError::Demonstrations(e) => refuse("demonstrations", &e.to_string()),
         RunError::Interrupted => PyKeyboardInterrupt::new_err(()),
     }

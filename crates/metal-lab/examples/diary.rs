@@ -5,6 +5,8 @@
 //! The seed is followed by whom to teach: `adaptive`, or the sensors to look at, with `/k` at every k-th motor step only.
 //! Costs are those on validation roads.
 
+#![expect(clippy::print_stdout, reason = "a program that prints")]
+
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;
 use metal_lab::reproduce::subsets::{Rival, train_subset};

@@ -4,6 +4,7 @@
 //!
 //! The seed is followed by whom to teach: `adaptive`, or the sensors to look at, with `/k` at every k-th motor step only.
 //! Costs are those on validation roads.
+#![allow(clippy::print_stdout)]
 
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;

@@ -69,6 +69,9 @@ pub enum Command {
         /// Where to write
         #[arg(long)]
         out: PathBuf,
+        /// Replace the file, if it is there
+        #[arg(long)]
+        force: bool,
     },
 }
 

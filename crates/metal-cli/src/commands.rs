@@ -3,7 +3,7 @@
 use crate::args::{Aliasing, Arguments, Command, Comparing, Eval, Keeping, Reproduce, Run, Studio, Training};
 use crate::bar::{Bar, INTERRUPTED};
 use crate::{robots, table};
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use clap::CommandFactory;
 use metal_lab::bench::{self, BenchOptions};
 use metal_lab::checkpoint::{self, Begun, Checkpoint, Job, Ledger};
@@ -55,7 +55,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             clap_complete::generate(shell, &mut Arguments::command(), "metal", &mut script);
             say(&String::from_utf8(script)?)
         }
-        Command::TrainTraffic { out } => train_traffic(&out),
+        Command::TrainTraffic { out, force } => train_traffic(&out, force),
     }
 }
 
@@ -65,6 +65,12 @@ pub fn say(text: &str) -> anyhow::Result<()> {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(e).context("cannot print"),
         _ => Ok(()),
     }
+}
+
+/// Refuses to write where something is, unless that is wanted.
+pub fn keep_clear(path: &Path, force: bool) -> anyhow::Result<()> {
+    ensure!(force || !path.exists(), "{}: exists; replace it with --force", path.display());
+    Ok(())
 }
 
 fn say_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
@@ -218,7 +224,7 @@ fn roads(eval: &Eval) -> anyhow::Result<Option<Roads>> {
 
 fn read_prices(path: &Path) -> anyhow::Result<Prices> {
     let text = std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
-    toml::from_str(&text).with_context(|| format!("{}", path.display()))
+    Ok(toml::from_str(&text).map_err(|e| plan::error::from_toml(&e, &text).located(path, &text))?)
 }
 
 /// The default recipe with the fields that were given.
@@ -265,7 +271,8 @@ fn bound(request: &Aliasing) -> anyhow::Result<()> {
     ))
 }
 
-fn train_traffic(out: &Path) -> anyhow::Result<()> {
+fn train_traffic(out: &Path, force: bool) -> anyhow::Result<()> {
+    keep_clear(out, force)?;
     listen_to_ctrl_c()?;
     let bar = Bar::new(traffic::planned_steps()? as u64);
     let bytes = traffic::train(&bar);

@@ -13,7 +13,16 @@ use clap::Parser;
 fn main() {
     let arguments = args::Arguments::parse();
     if let Err(error) = commands::run(arguments) {
-        eprintln!("metal: {error:#}");
+        eprintln!("metal: {}", told(&error));
         std::process::exit(1);
     }
+}
+
+/// The error and its causes on one line, each said once: some errors tell their cause themselves.
+fn told(error: &anyhow::Error) -> String {
+    let causes = error.chain().map(ToString::to_string);
+    let join = |text: String, cause: String| {
+        if text.ends_with(&cause) { text } else { format!("{text}: {cause}") }
+    };
+    causes.reduce(join).unwrap_or_default()
 }

@@ -1,6 +1,6 @@
 //! `metal serve`, `metal doctor`, `metal calibrate` and `metal drive`: bodies other than the simulated ones.
 
-use crate::commands::say;
+use crate::commands::{keep_clear, say};
 use anyhow::{Context, bail, ensure};
 use clap::{Args, Subcommand, ValueEnum};
 use metal_lab::evaluate::{Candidate, drive};
@@ -118,6 +118,9 @@ pub struct Calibrate {
     /// File to write (TOML)
     #[arg(long, default_value = "calibration.toml")]
     out: PathBuf,
+    /// Replace what is there
+    #[arg(long)]
+    force: bool,
     /// Frames to take: move the robot between them, so that road, line, red and grass are all seen
     #[arg(long, default_value_t = 8, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     frames: u32,
@@ -149,6 +152,9 @@ pub struct Drive {
     /// Write what is seen, attended to, believed, done and paid to this file (MCAP, for Foxglove and ROS 2 tools)
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Replace a recording that is there
+    #[arg(long)]
+    force: bool,
     /// The body is on the road grown from this seed, and a supervisor may place and judge it
     #[arg(long, value_name = "N")]
     road_seed: Option<u64>,
@@ -160,6 +166,9 @@ pub struct Write {
     /// Folder of the Webots project to write
     #[arg(long, default_value = "webots")]
     out: PathBuf,
+    /// Replace what is there
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     world: World,
 }
@@ -167,7 +176,9 @@ pub struct Write {
 pub fn write_world(request: &Write) -> anyhow::Result<()> {
     let arena = world(&request.world);
     let arena = serve::look_into(&arena);
-    for file in metal_robots::world::files(arena.ground(), &arena.start()) {
+    let files = metal_robots::world::files(arena.ground(), &arena.start());
+    files.iter().try_for_each(|file| keep_clear(&request.out.join(file.path), request.force))?;
+    for file in files {
         let path = request.out.join(file.path);
         let folder = path.parent().unwrap_or(&request.out);
         std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
@@ -251,6 +262,7 @@ pub fn examine(request: &Robot) -> anyhow::Result<()> {
 
 pub fn calibrate(request: &Calibrate) -> anyhow::Result<()> {
     ensure!((0.0..=3600.0).contains(&request.pause), "--pause {}: 0 to 3600 seconds", request.pause);
+    keep_clear(&request.out, request.force)?;
     let mut body = request.robot.connect(Patience::default())?;
     let (mut frames, mut free): (Vec<Picture>, Vec<[f64; INFRARED]>) = (Vec::new(), Vec::new());
     for frame in 0..request.frames {
@@ -292,6 +304,7 @@ impl Observer for Log<'_> {
 }
 
 pub fn go(request: &Drive) -> anyhow::Result<()> {
+    request.record.iter().try_for_each(|path| keep_clear(path, request.force))?;
     let store = Store::open(&request.run)?;
     let (plan, card) = store.read_run()?;
     let Some(row) = plan.file.policy.get(&request.policy) else {

@@ -94,7 +94,7 @@ fn killed_at_any_moment_it_ends_with_the_same_bits() {
         let out = temporary("killed");
         loop {
             // Short lives and long ones, so that every part of the work is hit.
-            let life = takes.mul_f64(rng.uniform() * 0.6);
+            let life = takes.mul_f64(rng.uniform() * 0.4);
             let child = metal(&out, &["--resume"]).spawn().unwrap();
             if !kill_after(child, life) {
                 break;

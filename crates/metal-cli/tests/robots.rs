@@ -86,10 +86,11 @@ fn a_trained_mind_drives_webots_and_an_epuck2_and_pays_only_for_what_it_looks_at
     let webots = serve(&["webots", "--bind", "127.0.0.1:0"]);
     let robot = format!("webots://{}/learner", webots.1);
     let drive = ["drive", "--robot", &robot, "--run", mind(), "--policy", "near", "--steps", "6"];
-    let output =
-        metal(&[&drive[..], &["--episodes", "2", "--road-seed", "1", "--record", "drive.mcap"]].concat())
-            .output()
-            .unwrap();
+    let output = metal(
+        &[&drive[..], &["--episodes", "2", "--road-seed", "1", "--record", "drive.mcap", "--force"]].concat(),
+    )
+    .output()
+    .unwrap();
     let said = text(&output);
     assert!(output.status.success(), "{said}");
     assert!(said.contains("a look at MN: ") && !said.contains("a look at IR"), "{said}");
@@ -152,7 +153,7 @@ fn the_doctor_sees_what_is_wrong_and_calibration_says_what_it_lacks() {
         output.status.success() && said.contains("52×39 pixels") && said.contains("near: nothing"),
         "{said}"
     );
-    let output = metal(&["calibrate", "--robot", &robot, "--frames", "1"]).output().unwrap();
+    let output = metal(&["calibrate", "--robot", &robot, "--frames", "1", "--force"]).output().unwrap();
     assert!(text(&output).contains("too little red was seen"), "{}", text(&output));
     drop(server);
     let output = metal(&["doctor", "--robot", &robot]).output().unwrap();

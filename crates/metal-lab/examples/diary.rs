@@ -5,7 +5,6 @@
 //! The seed is followed by whom to teach: `adaptive`, or the sensors to look at, with `/k` at every k-th motor step only.
 //! Costs are those on validation roads.
 #![allow(clippy::print_stdout)]
-
 #![expect(clippy::print_stdout, reason = "a program that prints")]
 
 use metal_lab::plan::{self, Plan};

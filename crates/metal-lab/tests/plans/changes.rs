@@ -66,7 +66,7 @@ pub const IMPOSSIBLE_NUMBERS: &[Change] = &[
     ("price_ramp = 0.0", "rate = { constant = 0 }", "rate = { constant = 0 }", &["attention.acl_paper.settings.rate.constant", "(0, 1]"]),
     ("null = 0.0", "null = nan", "null = nan", &["attention.acl_paper.settings.encoding.null", "NaN", "finite"]),
     ("runs = 500", "runs = 0", "runs = 0", &["evaluation.runs", "0: ", "between 1 and"]),
-    ("screening_share = 0.25", "screening_share = 0", "screening_share", &["subsets.screening_share", "0: ", "(0, 1]"]),
+    ("screening_share = 0.1", "screening_share = 0", "screening_share", &["subsets.screening_share", "0: ", "(0, 1]"]),
     ("screening_seeds = 2", "screening_seeds = 0", "screening_seeds", &["subsets.screening_seeds", "0: "]),
     ("screening_runs = 60", "screening_runs = 0", "screening_runs", &["subsets.screening_runs", "0: "]),
     ("confirmed = 3", "confirmed = 0", "confirmed", &["subsets.confirmed", "0: "]),

@@ -45,7 +45,7 @@ fn wait_for_somebody(listener: &TcpListener, end: &Emergency) -> io::Result<Opti
     Ok(None)
 }
 
-/// Whether nothing came, for now.
+/// Whether nothing has come yet, on a link that is whole.
 fn is_pause(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }

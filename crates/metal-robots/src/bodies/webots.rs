@@ -7,7 +7,7 @@
 //! for a new episode; as a plain robot it does neither.
 
 use super::{may_come_back, part};
-use crate::body::{About, Body, INFRARED, InfraredScale, Wheels};
+use crate::body::{About, Body, Feelings, INFRARED, InfraredScale, Wheels};
 use crate::bytes::Writer;
 use crate::epuck::WHEEL_RADIUS_M;
 use crate::error::{BodyError, ProtocolError};
@@ -65,9 +65,17 @@ pub struct Webots {
 #[derive(Default)]
 struct Heard {
     readings: Vec<(u16, f64)>,
+    vectors: Vec<(u16, [f64; 3])>,
     facts: Vec<Fact>,
     images: Vec<Image>,
     quit: bool,
+}
+
+impl Heard {
+    /// The last reading of a device, if there is such a device and it said something.
+    fn reading(&self, tag: Option<u16>) -> Option<f64> {
+        Some(self.readings.iter().rfind(|(t, _)| Some(*t) == tag)?.1)
+    }
 }
 
 impl Webots {
@@ -210,6 +218,7 @@ impl Webots {
             let robot = self.robot.as_ref().ok_or_else(unknown_robot)?;
             news::read_all(robot, &answer.news, |n| match n {
                 News::Reading(tag, value) => heard.readings.push((tag, value)),
+                News::Vector(tag, values) => heard.vectors.push((tag, values)),
                 News::Fact(fact) => heard.facts.push(fact),
                 News::Quit => heard.quit = true,
                 _ => {}
@@ -321,9 +330,44 @@ impl Body for Webots {
         let mut out = [0.0; INFRARED];
         for (value, tag) in out.iter_mut().zip(ring) {
             let nothing = || ProtocolError::Unexpected(format!("no reading of device {tag} after one step"));
-            *value = heard.readings.iter().rfind(|(t, _)| *t == tag).ok_or_else(nothing)?.1;
+            *value = heard.reading(Some(tag)).ok_or_else(nothing)?;
         }
         Ok(out)
+    }
+
+    fn feel(&mut self) -> Result<Feelings, BodyError> {
+        let robot = self.robot.as_ref().ok_or_else(unknown_robot)?;
+        let tag = |name: &str| robot.tag(name);
+        let wheels = ["left wheel sensor", "right wheel sensor"].map(tag);
+        let lights: [Option<u16>; INFRARED] = std::array::from_fn(|i| tag(&format!("ls{i}")));
+        let (felt, turned, ahead) = (tag("accelerometer"), tag("gyro"), tag("tof"));
+        let all = wheels.iter().chain(&lights).chain([&felt, &turned, &ahead]);
+        let devices: Vec<u16> = all.copied().flatten().collect();
+        let heard = self.look(&devices)?;
+        let vector = |tag: Option<u16>| Some(heard.vectors.iter().rfind(|(t, _)| Some(*t) == tag)?.1);
+        let rolled = wheels.map(|tag| heard.reading(tag).map(|angle| angle * WHEEL_RADIUS_M));
+        Ok(Feelings {
+            rolled_m: rolled[0].zip(rolled[1]).map(|(left, right)| [left, right]),
+            ambient: lights
+                .iter()
+                .map(|&tag| heard.reading(tag))
+                .collect::<Option<Vec<f64>>>()
+                .and_then(|v| v.try_into().ok()),
+            acceleration_mps2: vector(felt),
+            turn_radps: vector(turned),
+            ground: None,
+            // Its table gives millimetres.
+            ahead_m: heard.reading(ahead).map(|mm| mm / 1000.0),
+        })
+    }
+
+    fn light(&mut self, which: usize, rgb: [u8; 3]) -> Result<(), BodyError> {
+        let robot = self.robot.as_ref().ok_or_else(unknown_robot)?;
+        let Some(tag) = robot.tag(&format!("led{which}")) else { return Ok(()) };
+        let [r, g, b] = rgb.map(i32::from);
+        // Goes out with whatever is said next. A light of one colour takes everything but 0 for on.
+        self.waiting.push((tag, Order::Light(r << 16 | g << 8 | b)));
+        Ok(())
     }
 
     fn poses(&mut self) -> Result<Option<Vec<Pose>>, BodyError> {

@@ -6,6 +6,8 @@
 //! As a supervisor the body knows where everybody is (DEF names [`LEARNER`], `RED1`, `RED2` …) and puts them elsewhere
 //! for a new episode; as a plain robot it does neither.
 
+mod supervise;
+
 use super::{may_come_back, part};
 use crate::body::{About, Body, Feelings, INFRARED, InfraredScale, Wheels};
 use crate::bytes::Writer;
@@ -19,12 +21,12 @@ use crate::webots::frame::{Answer, GOODBYE, Image, Request, Welcome, hello};
 use crate::webots::news::{self, News};
 use crate::webots::order::Order;
 use crate::webots::robot::Robot;
-use crate::webots::supervisor::{Fact, Field, Value, Wish};
-use metal_rl::num;
+use crate::webots::supervisor::Fact;
 use metal_worlds::highway::Pose;
 use metal_worlds::highway::camera::{COLUMNS, ROWS, Window};
 use metal_worlds::highway::kinematics::WHEEL_LIMIT_MPS;
 use std::time::Duration;
+use supervise::Placed;
 
 /// DEF name of the robot that learns.
 pub const LEARNER: &str = "LEARNER";
@@ -39,14 +41,6 @@ pub const LEFT_MOTOR: &str = "left wheel motor";
 /// Device of the right wheel.
 pub const RIGHT_MOTOR: &str = "right wheel motor";
 const MOTORS: [&str; 2] = [LEFT_MOTOR, RIGHT_MOTOR];
-
-/// A node that can be found and moved.
-#[derive(Clone, Debug)]
-struct Placed {
-    node: u32,
-    translation: Field,
-    rotation: Field,
-}
 
 /// A robot in Webots.
 pub struct Webots {
@@ -173,41 +167,6 @@ impl Webots {
         }
     }
 
-    fn find_everybody(&mut self) -> Result<(), BodyError> {
-        let cars = (1..=MOST_CARS).map(|i| format!("{CAR}{i}"));
-        for def in std::iter::once(LEARNER.to_owned()).chain(cars) {
-            let Some(placed) = self.find(&def)? else { break };
-            self.placed.push(placed);
-        }
-        Ok(())
-    }
-
-    fn find(&mut self, def: &str) -> Result<Option<Placed>, BodyError> {
-        let Fact::NodeByDef(node) = self.wish(Wish::NodeByDef(def.to_owned()))? else {
-            return Err(ProtocolError::Unexpected("an answer that is no node".to_owned()).into());
-        };
-        let Some(node) = u32::try_from(node.uid).ok().filter(|&uid| uid > 0) else { return Ok(None) };
-        let translation = self.field(node, "translation")?;
-        Ok(Some(Placed { node, translation, rotation: self.field(node, "rotation")? }))
-    }
-
-    fn field(&mut self, node: u32, name: &str) -> Result<Field, BodyError> {
-        match self.wish(Wish::FieldByName(node, name.to_owned()))? {
-            Fact::Field(field, _, internal, _, _) if field >= 0 => {
-                Ok(Field { node, field: field as u32, internal })
-            }
-            _ => Err(BodyError::Unsupported(format!("a node without the field `{name}`"))),
-        }
-    }
-
-    /// Asks for one fact, at once.
-    fn wish(&mut self, wish: Wish) -> Result<Fact, BodyError> {
-        self.waiting.push((ROBOT, Order::Wish(wish)));
-        let heard = self.exchange(0)?;
-        let nothing = || ProtocolError::Unexpected("no answer to a supervisor's question".to_owned());
-        Ok(heard.facts.into_iter().next_back().ok_or_else(nothing)?)
-    }
-
     /// Sends all orders that wait, lets the simulation run, and reads the news.
     fn exchange(&mut self, step_ms: u32) -> Result<Heard, BodyError> {
         let orders = self.payloads()?;
@@ -262,14 +221,6 @@ impl Webots {
         // Goes out with whatever is said next.
         self.waiting.extend(devices.iter().map(|&tag| (tag, Order::Sample(0))));
         Ok(heard)
-    }
-
-    fn pose(&mut self, node: u32) -> Result<Pose, BodyError> {
-        match self.wish(Wish::Pose([0, node]))? {
-            // The matrix is that of the node in the world, row by row.
-            Fact::Pose(_, m) => Ok(Pose { x_m: m[3], y_m: m[7], heading_rad: num::atan2(m[4], m[0]) }),
-            _ => Err(ProtocolError::Unexpected("an answer that is no pose".to_owned()).into()),
-        }
     }
 
     /// Opens the line again after a loss; the robot stands still then.
@@ -374,24 +325,14 @@ impl Body for Webots {
         if self.placed.is_empty() {
             return Ok(None);
         }
-        let nodes: Vec<u32> = self.placed.iter().map(|p| p.node).collect();
-        nodes.into_iter().map(|node| self.pose(node)).collect::<Result<_, _>>().map(Some)
+        self.everybodys_poses().map(Some)
     }
 
     fn place(&mut self, poses: &[Pose]) -> Result<bool, BodyError> {
         if self.placed.is_empty() {
             return Ok(false);
         }
-        // All in one packet, and physics last: libController would reset physics before the new poses arrive.
-        for (placed, pose) in self.placed.iter().zip(poses) {
-            let wishes = [
-                Wish::Set(placed.translation, Value::Vec3([pose.x_m, pose.y_m, 0.0])),
-                Wish::Set(placed.rotation, Value::Rotation([0.0, 0.0, 1.0, pose.heading_rad])),
-                Wish::SetVelocity(placed.node, [0.0; 6]),
-                Wish::ResetPhysics(placed.node),
-            ];
-            self.waiting.extend(wishes.map(|wish| (ROBOT, Order::Wish(wish))));
-        }
+        self.order_places(poses);
         self.drive(Wheels::STILL)?;
         Ok(true)
     }

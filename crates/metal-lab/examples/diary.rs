@@ -114,7 +114,11 @@ impl Class {
     fn print(&self, name: &str, all: f64) {
         let per = |sum: f64| sum / self.steps.max(1.0);
         let share = self.steps / all.max(1.0);
-        println!("  {name:12} {share:6.3} of steps, {:5.2} looks, cost {:6.2}", per(self.looks), per(self.cost));
+        println!(
+            "  {name:12} {share:6.3} of steps, {:5.2} looks, cost {:6.2}",
+            per(self.looks),
+            per(self.cost)
+        );
     }
 }
 

@@ -58,9 +58,8 @@ fn the_toy_is_learned_to_near_its_optimum() {
     let plan = toy(TOY, 5000);
     let trained = trained(&plan, 1);
     let (total, looks) = tested(&plan, &trained.mind, 10_000);
-    assert!(total >= optimum().value / 0.90, "{total} per decision, at best {}", optimum().value);
+    assert!(total >= optimum().value / 0.93, "{total} per decision, at best {}", optimum().value);
     assert!((2.0..3.0).contains(&looks), "{looks} looks per decision");
-    println!("TOY {total} {looks}");
     let diary = &trained.diary[0];
     assert_eq!((diary.own_steps, diary.rolled_steps), (5000, 25_000), "each of five moves of every state");
 }

@@ -126,7 +126,7 @@ pub struct CounterfactualConfig {
     pub wide_eyed: usize,
     /// Iterations after them over which the price of looking that is learned from rises from 0 to the true one.
     pub price_ramp: usize,
-    /// Half-way through the iterations, members that get less than this share of all looks are dismissed, in [0, 1): the
+    /// Half-way through the iterations, if looks cost their full price by then, members that get less than this share of all looks are dismissed, in [0, 1): the
     /// fewer there are to choose from, the better the choice is learned. 0: nobody is.
     pub dismissal: f64,
     /// How much worse than the best so far an iterate may be, as a share of the best one's cost at the price learned

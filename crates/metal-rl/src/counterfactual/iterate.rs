@@ -209,7 +209,7 @@ impl Course {
         self.student.set_scale(scale(&data));
         let loss = fit(&mut self.student, &data, price_share, &streams.child("fit"));
         let tally = self.validate(school, phase, config.validation_runs)?;
-        if iteration == config.iterations / 2 {
+        if iteration == config.iterations / 2 && price_share >= 1.0 && iteration + 1 < config.iterations {
             self.student.keep(kept(&tally.asked, self.student.kept(), config.dismissal));
         }
         let mean = |sum: f64| sum / tally.steps.max(1) as f64;

@@ -131,6 +131,10 @@ mod tests {
         let mut plain = vec![[40.0, 150.0, 45.0]; 52 * 39];
         Compressor::new(4.0).compress(&mut plain, 52);
         assert!(worst(&plain, &vec![plain[0]; 52 * 39]) < 1e-9);
-        assert!(plain[0].iter().zip([40.0, 150.0, 45.0]).all(|(a, b)| (a - b).abs() < 12.0), "{:?}", plain[0]);
+        assert!(
+            plain[0].iter().zip([40.0, 150.0, 45.0]).all(|(a, b)| (a - b).abs() < 12.0),
+            "{:?}",
+            plain[0]
+        );
     }
 }

@@ -128,11 +128,6 @@ impl MiniatureConfig {
     /// The same road and obstacles with the body that was learned with; only the renderer is another.
     #[must_use]
     pub fn exact() -> Self {
-        Self {
-            eye: Eye::exact(),
-            wheels: Wheels::exact(),
-            infrared: InfraredLaw::Webots,
-            ..Self::default()
-        }
+        Self { eye: Eye::exact(), wheels: Wheels::exact(), infrared: InfraredLaw::Webots, ..Self::default() }
     }
 }

@@ -1,4 +1,5 @@
 //! Transfer: what an experiment file may say, and a whole experiment in small.
+#![allow(clippy::unwrap_used)]
 
 use metal_lab::progress::Silent;
 use metal_lab::transfer::{Arm, TRANSFER, Transfer, TransferOptions, execute, parse, planned_steps, render};

@@ -285,11 +285,14 @@ impl Observer for Drive<'_> {
     }
 }
 
+/// Rewards of one training, point by point, and the number of motor steps a point stands for.
+type Line = (Vec<f64>, f64);
+
 fn gathered(transfer: &Transfer, options: TransferOptions, seeds: &[OfSeed]) -> TransferResults {
     let names = || transfer.file.arms().into_iter().map(Arm::name);
-    let curves = |values: &dyn Fn(&OfSeed, &str) -> Option<(Vec<f64>, f64)>| -> BTreeMap<String, Curve> {
+    let curves = |values: &dyn Fn(&OfSeed, &str) -> Option<Line>| -> BTreeMap<String, Curve> {
         let curve = |arm: String| {
-            let lines: Vec<(Vec<f64>, f64)> = seeds.iter().filter_map(|s| values(s, &arm)).collect();
+            let lines: Vec<Line> = seeds.iter().filter_map(|s| values(s, &arm)).collect();
             (lines.len() == seeds.len()).then(|| (arm, curve(&lines)))
         };
         names().filter_map(curve).collect()
@@ -337,8 +340,8 @@ fn flat_cells(
     pick(first).keys().map(of).collect()
 }
 
-/// The three quantities of Fig. 11 over lines of rewards, each with the number of motor steps a point stands for.
-fn curve(lines: &[(Vec<f64>, f64)]) -> Curve {
+/// The three quantities of Fig. 11 over the lines of all trainings.
+fn curve(lines: &[Line]) -> Curve {
     let over = |transform: &dyn Fn(&[f64], f64) -> Vec<f64>| {
         let lines: Vec<Vec<f64>> = lines.iter().map(|(line, steps)| transform(line, *steps)).collect();
         let length = lines.iter().map(Vec::len).min().unwrap_or(0);

@@ -77,13 +77,16 @@ pub fn render(results: &TransferResults, command: &str) -> Result<String, Report
     filled(TEMPLATE, &page)
 }
 
+/// Title of a panel, and the line it draws of a curve.
+type Panel = (&'static str, fn(&Curve) -> &[Estimate]);
+
 /// The three panels of Fig. 11.
 fn panels(
     results: &TransferResults,
     curve: fn(&TransferResults, Arm) -> Option<&Curve>,
     x_label: &str,
 ) -> Vec<String> {
-    let pick: [(&str, fn(&Curve) -> &[Estimate]); 3] = [
+    let pick: [Panel; 3] = [
         ("Received reward", |c| &c.reward),
         ("Average over a moving window (5)", |c| &c.moving_average),
         ("Accumulated reward", |c| &c.accumulated),

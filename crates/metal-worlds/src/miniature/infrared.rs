@@ -94,7 +94,8 @@ mod tests {
     fn the_side_an_object_is_on_answers_from_farther_than_webots_would() {
         let readings = ring(&[Pose { x_m: 0.0, y_m: 2.0 * BODY_RADIUS_M + 0.03, heading_rad: 0.0 }]);
         assert_eq!(num::argmax(&readings), 5);
-        assert!(readings[5] > 150.0 && readings[2] < 120.0, "{readings:?}");
+        // Measured: 283, and 69 on the other side, where the idle level is 67.
+        assert!(readings[5] > 200.0 && readings[2] < 120.0, "{readings:?}");
     }
 
     #[test]

@@ -19,7 +19,7 @@ use crate::highway::kinematics::{AXLE_M, BODY_RADIUS_M, SUBSTEP_SECS, SUBSTEPS, 
 use crate::highway::measures::{self, Touch};
 use crate::highway::road::{Direction, LANE_M, Road};
 use crate::highway::shape::ShapeRange;
-use crate::highway::task::{Facts, MotorCost};
+use crate::highway::task::{Facts, MotorCost, Task};
 use crate::highway::{
     Class, Ground, HighwayConfig, MotorAction, Pose, RoadSet, Scenario, collision, contract,
 };
@@ -36,6 +36,11 @@ const INFRARED: usize = 6;
 const START_CLEAR_M: f64 = 0.25;
 /// Largest distance of an object from the middle of its lane, in metres.
 const BESIDE_M: f64 = 0.02;
+/// By what the expert multiplies the weights of the motor costs while it compares plans. A car on the highway drives on;
+/// an object that stands must be driven around, which costs more within the expert's eight actions than to creep up to it,
+/// and who has crept up cannot turn away any more. With the costs' own weights the expert touched an object in 16 of 100
+/// episodes, with these in none (ten settings compared on the same 100 episodes).
+const EXPERT_WEIGHTS: [f64; 4] = [2.0, 1.0, 0.15, 1.5];
 
 /// What all copies of a world share.
 #[derive(Debug)]
@@ -273,9 +278,11 @@ impl Environment for Miniature {
     fn advise(&mut self) -> Option<usize> {
         let mut near = self.obstacles.clone();
         near.sort_by(|a, b| a.distance_m(&self.learner).total_cmp(&b.distance_m(&self.learner)));
+        let task = &self.shared.config.task;
+        let weights = std::array::from_fn(|k| EXPERT_WEIGHTS[k] * task.weights[k]);
         Some(advise(&Knowledge {
             road: self.road(),
-            task: &self.shared.config.task,
+            task: &Task { weights, ..*task },
             learner: self.learner,
             last_turn_radps: self.last_turn_radps,
             paths: Paths::predict(&near, |_, _| Twist::default()),

@@ -199,9 +199,9 @@ mod tests {
     #[test]
     fn without_deviations_it_shows_what_the_other_camera_shows() {
         let exact = difference(&Eye::exact());
-        // Edges: four rays against one.
-        assert!(exact < 0.06, "{exact}");
+        // Edges: four rays against one. Measured: 0.026, and 0.155 with every deviation.
+        assert!(exact < 0.04, "{exact}");
         let deviating = difference(&Eye::default());
-        assert!(deviating > exact + 0.02, "{deviating} against {exact}");
+        assert!(deviating > exact + 0.08, "{deviating} against {exact}");
     }
 }

@@ -1,10 +1,17 @@
 use super::*;
 
-/// Total motor cost of a driver over some episodes, and steps in contact.
-fn drive(config: MiniatureConfig, mut choose: impl FnMut(&mut Miniature) -> usize) -> (f64, usize) {
+/// Episodes of a test.
+const EPISODES: u64 = 20;
+
+/// Motor cost per step of a driver over the episodes from a seed on, and steps in contact.
+fn drive(
+    config: MiniatureConfig,
+    from: u64,
+    mut choose: impl FnMut(&mut Miniature) -> usize,
+) -> (f64, usize) {
     let mut world = Miniature::new(config);
     let (mut cost, mut contacts) = (0.0, 0);
-    for seed in 0..6 {
+    for seed in from..from + EPISODES {
         world.reset(seed).unwrap();
         loop {
             let action = choose(&mut world);
@@ -16,16 +23,17 @@ fn drive(config: MiniatureConfig, mut choose: impl FnMut(&mut Miniature) -> usiz
             }
         }
     }
-    (cost / 300.0, contacts)
+    (cost / (50 * EPISODES) as f64, contacts)
 }
 
 #[test]
 fn the_expert_passes_the_objects_and_straight_on_does_not() {
+    // Measured on five sets of 20 episodes: the expert costs 3.0 to 4.6 and touches nothing, straight on costs 22.8 to 25.1.
     let config = MiniatureConfig::default();
-    let (expert, touched) = drive(config.clone(), |world| world.advise().unwrap());
-    assert!(expert < 5.0 && touched <= 3, "{expert}, {touched} contacts");
-    let (blind, _) = drive(config, |_| MotorAction::Medium as usize);
-    assert!(blind > 2.0 * expert, "{blind} against {expert}");
+    let (expert, touched) = drive(config.clone(), 1000, |world| world.advise().unwrap());
+    assert!(expert < 6.0 && touched == 0, "{expert}, {touched} contacts");
+    let (blind, _) = drive(config, 1000, |_| MotorAction::Medium as usize);
+    assert!(blind > 3.0 * expert, "{blind} against {expert}");
 }
 
 #[test]

@@ -37,11 +37,11 @@ fn as_they_are(results: &TransferResults) -> Vec<String> {
         let there = total(results.worlds.get("source")?.get(name))?;
         let here = total(here?.get(name))?;
         Some(format!(
-            "{} as it comes: {} per motor step here, {} where it learned: {}.",
+            "{} as it comes: {} per motor step here, {} {} where it learned.",
             policy::short_label(name),
             text(&here),
-            text(&there),
-            compared(&here, &there)
+            compared(&here, &there),
+            text(&there)
         ))
     };
     results.experiment.policies.iter().filter_map(sentence).collect()

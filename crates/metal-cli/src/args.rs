@@ -1,6 +1,6 @@
 //! What can be typed.
 
-use crate::robots;
+use crate::{robots, transfer};
 use clap::{Args, Parser, Subcommand};
 use metal_lab::checkpoint::Start;
 use metal_lab::store::MOST_SEEDS;
@@ -30,6 +30,9 @@ pub enum Command {
     /// Test trained minds again, on any road, also one nobody has seen
     #[command(after_help = EVAL)]
     Eval(Eval),
+    /// Send trained minds to another road, eye and body, with a few demonstrations there (Sec. 5, Fig. 11)
+    #[command(after_help = transfer::EXAMPLES)]
+    Transfer(transfer::Request),
     /// Watch a mind learn and attend in a browser, drive yourself, demonstrate
     #[command(after_help = STUDIO)]
     Studio(Studio),

@@ -2,7 +2,7 @@
 
 use crate::args::{Aliasing, Arguments, Command, Comparing, Eval, Keeping, Reproduce, Run, Studio, Training};
 use crate::bar::{Bar, INTERRUPTED};
-use crate::{robots, table};
+use crate::{robots, table, transfer};
 use anyhow::{Context, bail, ensure};
 use clap::CommandFactory;
 use metal_lab::bench::{self, BenchOptions};
@@ -34,6 +34,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             learn(taught_by(plan, demonstrations.as_deref())?, &training, &out)
         }
         Command::Eval(eval) => evaluate(&eval),
+        Command::Transfer(request) => transfer::run(&request),
         Command::Studio(studio) => open_studio(&studio),
         Command::Bench(request) => {
             compare(&NamedTask::with(&request.task, &request.settings)?, &request.comparing)
@@ -73,12 +74,12 @@ pub fn keep_clear(path: &Path, force: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn say_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
+pub fn say_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     say(&format!("{}\n", serde_json::to_string_pretty(value)?))
 }
 
 /// Ctrl-C asks politely first: episodes and tests that run are finished, then everything stops.
-fn listen_to_ctrl_c() -> anyhow::Result<()> {
+pub fn listen_to_ctrl_c() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
@@ -89,12 +90,12 @@ fn listen_to_ctrl_c() -> anyhow::Result<()> {
 }
 
 /// The command as it was typed, for the report.
-fn typed() -> String {
+pub fn typed() -> String {
     let words: Vec<String> = std::env::args().skip(1).collect();
     format!("metal {}", words.join(" "))
 }
 
-fn use_threads(threads: u16) -> anyhow::Result<()> {
+pub fn use_threads(threads: u16) -> anyhow::Result<()> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.into())
         .build_global()

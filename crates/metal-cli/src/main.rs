@@ -7,6 +7,7 @@ mod bar;
 mod commands;
 mod robots;
 mod table;
+mod transfer;
 
 use clap::Parser;
 

@@ -20,6 +20,7 @@ pub mod reproduce;
 mod teach;
 pub mod trace;
 pub mod train;
+pub mod transfer;
 pub mod watched;
 
 pub mod figures;

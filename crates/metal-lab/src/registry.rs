@@ -2,8 +2,12 @@
 
 use crate::traffic;
 use metal_rl::environment::Environment;
-use metal_worlds::highway::{Ground, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Steering};
+use metal_worlds::highway::classify::ColourThresholds;
+use metal_worlds::highway::{
+    Ground, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Steering, Task,
+};
 use metal_worlds::maze::{Maze, MazeConfig};
+use metal_worlds::miniature::{self, Eye, MOST_OBSTACLES, Miniature, MiniatureConfig, Wheels};
 use metal_worlds::puddle::{Puddle, PuddleConfig};
 use metal_worlds::tabular::{CubeConfig, CubeNmConfig, Data, Tabular, Verdict, cube, cube_nm};
 use metal_worlds::toy::Toy;
@@ -21,6 +25,8 @@ pub enum EnvironmentConfig {
     Highway(HighwayConfig),
     /// The same among scripted cars, where the traffic of `Highway-v0` learned to drive.
     HighwayScripted(HighwayConfig),
+    /// The road of Sec. 5: another shape, red objects that stand, another renderer and another body (`Miniature-v0`).
+    Miniature(MiniatureConfig),
     /// The maze of Eq. (14) with its two tiny agents, X and Y.
     Maze(MazeConfig),
     /// Puddle world: the usual proving ground of continuous reinforcement learning.
@@ -64,6 +70,7 @@ impl EnvironmentConfig {
         Ok(match self {
             Self::Highway(config) => Box::new(highway(config, traffic::steering())),
             Self::HighwayScripted(config) => Box::new(highway(config, Steering::Scripted)),
+            Self::Miniature(config) => Box::new(miniature(config)),
             Self::Maze(config) => Box::new(Maze::new(config.clone()).map_err(|e| refuse("maze", e))?),
             Self::Puddle(config) => Box::new(Puddle::new(config)),
             Self::Toy(_) => Box::new(Toy::new()),
@@ -77,6 +84,7 @@ impl EnvironmentConfig {
         match self {
             Self::Highway(config) => check_highway("highway", config),
             Self::HighwayScripted(config) => check_highway("highway_scripted", config),
+            Self::Miniature(config) => check_miniature("miniature", config),
             Self::Maze(config) if config.side > 1000 => {
                 Err(refuse("maze.side", format!("{}: at most 1000", config.side)))
             }
@@ -191,36 +199,73 @@ fn table(data: Data) -> Tabular {
 
 fn check_highway(world: &str, config: &HighwayConfig) -> Result<(), WorldError> {
     check_horizon(world, config.horizon)?;
+    check_task(world, &config.task)?;
     if config.roads == RoadSet::Seeds(Vec::new()) {
         return Err(refuse(format!("{world}.roads.seeds"), "empty: at least one road"));
     }
-    let [.., smooth] = config.task.weights;
-    let heavier = |w: &[f64]| w[0] >= w[1] && w[1] > 0.0 && w[0].is_finite();
-    if !(config.task.weights[..3].windows(2).all(heavier) && smooth >= 0.0 && smooth.is_finite()) {
-        let message = format!(
-            "{:?}: finite, above 0, and the graver the larger (smoothness may be 0)",
-            config.task.weights
-        );
-        return Err(refuse(format!("{world}.task.weights"), message));
-    }
-    check_prices(&format!("{world}.task.prices"), &config.task.prices)?;
     match &config.pixels {
         Pixels::Classes => Ok(()),
         Pixels::Rgb(rgb) => check_rgb(&format!("{world}.pixels.rgb"), rgb),
     }
 }
 
-fn check_rgb(field: &str, rgb: &RgbConfig) -> Result<(), WorldError> {
-    let t = &rgb.thresholds;
+fn check_task(world: &str, task: &Task) -> Result<(), WorldError> {
+    let [.., smooth] = task.weights;
+    let heavier = |w: &[f64]| w[0] >= w[1] && w[1] > 0.0 && w[0].is_finite();
+    if !(task.weights[..3].windows(2).all(heavier) && smooth >= 0.0 && smooth.is_finite()) {
+        let message =
+            format!("{:?}: finite, above 0, and the graver the larger (smoothness may be 0)", task.weights);
+        return Err(refuse(format!("{world}.task.weights"), message));
+    }
+    check_prices(&format!("{world}.task.prices"), &task.prices)
+}
+
+fn check_miniature(world: &str, config: &MiniatureConfig) -> Result<(), WorldError> {
+    check_horizon(world, config.horizon)?;
+    check_task(world, &config.task)?;
+    if config.obstacles > MOST_OBSTACLES {
+        let message = format!("{}: at most {MOST_OBSTACLES}", config.obstacles);
+        return Err(refuse(format!("{world}.obstacles"), message));
+    }
+    let (Eye { light_gradient, vignetting, noise, compression, pitch_error_rad, thresholds }, wheels) =
+        (config.eye, config.wheels);
+    check_thresholds(&format!("{world}.eye.thresholds"), &thresholds)?;
+    let Wheels { slip, bias, noise: wheel_noise } = wheels;
     let rows = [
-        ("light", rgb.light, 100.0),
-        ("noise", rgb.noise, 1.0),
-        ("blur", rgb.blur, 0.75),
-        ("thresholds.dark_below", t.dark_below, 1.0),
-        ("thresholds.grey_below", t.grey_below, 1.0),
-        ("thresholds.white_from", t.white_from, 1.0),
-        ("thresholds.red_within_deg", t.red_within_deg, 180.0),
+        ("eye.light_gradient", light_gradient, 0.0, 0.9),
+        ("eye.vignetting", vignetting, 0.0, 1.0),
+        ("eye.noise", noise, 0.0, 1.0),
+        ("eye.compression", compression, 0.0, 64.0),
+        ("eye.pitch_error_rad", pitch_error_rad, -0.3, 0.3),
+        ("wheels.slip", slip, 0.0, 0.9),
+        ("wheels.bias", bias, -0.5, 0.5),
+        ("wheels.noise", wheel_noise, 0.0, 0.5),
     ];
+    match rows.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
+        Some((name, value, least, most)) => {
+            Err(refuse(format!("{world}.{name}"), format!("{value}: in [{least}, {most}]")))
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_rgb(field: &str, rgb: &RgbConfig) -> Result<(), WorldError> {
+    check_thresholds(&format!("{field}.thresholds"), &rgb.thresholds)?;
+    check_shares(field, &[("light", rgb.light, 100.0), ("noise", rgb.noise, 1.0), ("blur", rgb.blur, 0.75)])
+}
+
+fn check_thresholds(field: &str, t: &ColourThresholds) -> Result<(), WorldError> {
+    let rows = [
+        ("dark_below", t.dark_below, 1.0),
+        ("grey_below", t.grey_below, 1.0),
+        ("white_from", t.white_from, 1.0),
+        ("red_within_deg", t.red_within_deg, 180.0),
+    ];
+    check_shares(field, &rows)
+}
+
+/// Each number at least 0 and at most what stands beside it.
+fn check_shares(field: &str, rows: &[(&str, f64, f64)]) -> Result<(), WorldError> {
     match rows.iter().find(|(_, value, most)| !(0.0..=*most).contains(value)) {
         Some((name, value, most)) => {
             Err(refuse(format!("{field}.{name}"), format!("{value}: in [0, {most}]")))
@@ -237,6 +282,15 @@ pub fn highway(config: &HighwayConfig, steering: Steering) -> Highway {
     let grounds = built.entry(roads_name(&config.roads)).or_insert_with(|| config.roads.build()).clone();
     drop(built);
     Highway::on_roads(config.clone(), grounds, steering)
+}
+
+/// The miniature road; each road is built once in the life of the program.
+fn miniature(config: &MiniatureConfig) -> Miniature {
+    static ROADS: Mutex<BTreeMap<u64, Arc<Ground>>> = Mutex::new(BTreeMap::new());
+    let mut built = ROADS.lock().unwrap_or_else(PoisonError::into_inner);
+    let ground = built.entry(config.road_seed).or_insert_with(|| miniature::ground(config.road_seed)).clone();
+    drop(built);
+    Miniature::on(config.clone(), ground)
 }
 
 /// Name of a set of roads in results and on the command line.

@@ -8,6 +8,7 @@
 
 pub mod highway;
 pub mod maze;
+pub mod miniature;
 pub mod priced;
 pub mod puddle;
 pub mod tabular;

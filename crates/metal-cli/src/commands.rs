@@ -42,6 +42,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             let prices = request.prices.as_deref().map(read_prices).transpose()?.unwrap_or_default();
             compare(&TableTask::from_csv(&request.file, &request.target, &prices)?, &request.comparing)
         }
+        Command::Faults(request) => crate::faults::run(&request),
         Command::Aliasing(aliasing) => bound(&aliasing),
         Command::Serve(request) => robots::serve(&request),
         Command::Doctor(request) => robots::examine(&request),
@@ -73,12 +74,12 @@ pub fn keep_clear(path: &Path, force: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn say_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
+pub fn say_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     say(&format!("{}\n", serde_json::to_string_pretty(value)?))
 }
 
 /// Ctrl-C asks politely first: episodes and tests that run are finished, then everything stops.
-fn listen_to_ctrl_c() -> anyhow::Result<()> {
+pub fn listen_to_ctrl_c() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
@@ -94,7 +95,7 @@ fn typed() -> String {
     format!("metal {}", words.join(" "))
 }
 
-fn use_threads(threads: u16) -> anyhow::Result<()> {
+pub fn use_threads(threads: u16) -> anyhow::Result<()> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.into())
         .build_global()

@@ -42,6 +42,9 @@ pub enum Command {
     /// The same for a table: classification with columns that cost
     #[command(after_help = TABULAR)]
     Tabular(Tabular),
+    /// Break sensors and change the world: what it costs every policy, and whether a mind that learns on copes
+    #[command(after_help = FAULTS)]
+    Faults(crate::faults::Broken),
     /// Largest probability of aliasing in the decision space (Sec. 6.1, Eqs 22-26, Table 3)
     #[command(after_help = ALIASING)]
     Aliasing(Aliasing),
@@ -97,6 +100,17 @@ The folder gets report.html (open it first), results.json, records.csv (one row 
 plan.toml (the experiment as it was run), run.json and the trained minds. The same seed gives the
 same numbers on any number of threads. Until the run is finished, every finished piece of it is in
 checkpoint/, and --resume goes on from there.";
+
+const FAULTS: &str = "\
+Examples:
+  metal faults                                       the paper's policies, every fault, 5 trainings
+  metal faults --fault nan dead --rate 0.5 1         two faults at two rates
+  metal faults experiments/paper.toml --policy acl_decision foa --out runs/faults
+
+The folder gets faults.json, faults.md (the tables) and drawings. Faults are data in an experiment, too:
+  [environment.faulty]
+  world = { highway = { scenario = \"mix\" } }
+  faults = { fault = { noisy = 0.15 }, rate = 0.25, sensors = [\"MN\", \"IR\"] }";
 
 const RUN: &str = "\
 Examples:

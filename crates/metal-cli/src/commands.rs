@@ -43,6 +43,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             let prices = request.prices.as_deref().map(read_prices).transpose()?.unwrap_or_default();
             compare(&TableTask::from_csv(&request.file, &request.target, &prices)?, &request.comparing)
         }
+        Command::Faults(request) => crate::faults::run(&request),
         Command::Aliasing(aliasing) => bound(&aliasing),
         Command::Serve(request) => robots::serve(&request),
         Command::Doctor(request) => robots::examine(&request),

@@ -5,6 +5,7 @@
 mod args;
 mod bar;
 mod commands;
+mod faults;
 mod robots;
 mod table;
 mod transfer;

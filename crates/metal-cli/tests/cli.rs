@@ -81,6 +81,7 @@ fn help_texts_teach() {
         "bench",
         "tabular",
         "transfer",
+        "faults",
     ];
     expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
     for command in commands {

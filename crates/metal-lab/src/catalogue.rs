@@ -19,6 +19,7 @@ const ENTRIES: &[(&str, &str, &str)] = &[
     ("environment", "toy", "Toy-v0: seven experts and one move; the optimum is known exactly"),
     ("environment", "cube", "Cube-v0: classification with 20 features that cost"),
     ("environment", "cube_nm", "CubeNM-v0: the same in five contexts; which one, must be bought, too"),
+    ("environment", "faulty", "any of these behind sensors that fail (`faults`), e.g. { dead, rate = 0.25 }"),
     (
         "learner",
         "absp",

@@ -13,6 +13,7 @@ pub mod experiments;
 pub mod demonstrations;
 pub mod drives;
 pub mod evaluate;
+pub mod faults;
 pub mod finish;
 pub mod mind;
 pub mod reevaluate;

@@ -2,6 +2,7 @@
 
 use crate::traffic;
 use metal_rl::environment::Environment;
+use metal_worlds::faulty::{Faults, Faulty};
 use metal_worlds::highway::classify::ColourThresholds;
 use metal_worlds::highway::{
     Ground, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Steering, Task,
@@ -37,6 +38,18 @@ pub enum EnvironmentConfig {
     Cube(CubeConfig),
     /// CUBE-NM: the same in five contexts, which must be bought, too (`CubeNM-v0`).
     CubeNm(CubeNmConfig),
+    /// Any of these behind sensors that fail.
+    Faulty(FaultyConfig),
+}
+
+/// A world and what is wrong with its sensors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FaultyConfig {
+    /// The world behind the sensors.
+    pub world: Box<EnvironmentConfig>,
+    /// What is wrong.
+    pub faults: Faults,
 }
 
 /// A world without settings.
@@ -76,6 +89,10 @@ impl EnvironmentConfig {
             Self::Toy(_) => Box::new(Toy::new()),
             Self::Cube(config) => Box::new(table(cube(config))),
             Self::CubeNm(config) => Box::new(table(cube_nm(config))),
+            Self::Faulty(config) => {
+                let broken = Faulty::new(config.world.build()?, config.faults.clone());
+                Box::new(broken.map_err(|e| refuse(format!("faulty.faults.{}", e.field), e.message))?)
+            }
         })
     }
 
@@ -102,7 +119,12 @@ impl EnvironmentConfig {
                 }
                 Err(refuse("cube_nm.contexts", format!("{}: 2 to 5", c.contexts)))
             }
-            Self::Maze(_) | Self::Toy(_) => Ok(()),
+            // Its world is checked when it is built, and must not be another one of its kind: files nest as deep as
+            // somebody types.
+            Self::Faulty(config) if matches!(*config.world, Self::Faulty(_)) => {
+                Err(refuse("faulty.world", "faulty: faults of faults are not to be had"))
+            }
+            Self::Maze(_) | Self::Toy(_) | Self::Faulty(_) => Ok(()),
         }
     }
 
@@ -113,6 +135,7 @@ impl EnvironmentConfig {
             Self::Highway(_) | Self::HighwayScripted(_) => {
                 Scenario::ALL.iter().map(|s| s.name().to_owned()).collect()
             }
+            Self::Faulty(config) => config.world.scenarios(),
             _ => vec![ONLY.to_owned()],
         }
     }
@@ -122,20 +145,37 @@ impl EnvironmentConfig {
     pub fn training_scenario(&self) -> String {
         match self {
             Self::Highway(config) | Self::HighwayScripted(config) => config.scenario.name().to_owned(),
+            Self::Faulty(config) => config.world.training_scenario(),
             _ => ONLY.to_owned(),
         }
     }
 
     /// Switches the scenario, where there are several and `name` is one of them.
     pub fn set_scenario(&mut self, name: &str) {
+        if let Self::Faulty(config) = self {
+            return config.world.set_scenario(name);
+        }
         let known = Scenario::ALL.iter().find(|s| s.name() == name);
         if let (Self::Highway(config) | Self::HighwayScripted(config), Some(scenario)) = (self, known) {
             config.scenario = *scenario;
         }
     }
 
+    /// The same world with `faults` in front of its sensors instead of those it had.
+    #[must_use]
+    pub fn with_faults(self, faults: Faults) -> Self {
+        let world = match self {
+            Self::Faulty(config) => config.world,
+            world => Box::new(world),
+        };
+        Self::Faulty(FaultyConfig { world, faults })
+    }
+
     /// Moves to other roads, where there are roads.
     pub fn set_roads(&mut self, roads: &RoadSet) {
+        if let Self::Faulty(config) = self {
+            return config.world.set_roads(roads);
+        }
         if let Self::Highway(config) | Self::HighwayScripted(config) = self {
             config.roads = roads.clone();
         }
@@ -158,6 +198,7 @@ impl EnvironmentConfig {
             Self::Highway(_) | Self::HighwayScripted(_) => {
                 vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test]
             }
+            Self::Faulty(config) => config.world.road_sets(),
             _ => vec![RoadSet::Training],
         }
     }
@@ -197,11 +238,18 @@ fn table(data: Data) -> Tabular {
     Tabular::new(Arc::new(data), rows, Verdict::default())
 }
 
+/// Red cars drive at most this many times as fast as they learned to.
+const FASTEST_CARS: f64 = 4.0;
+
 fn check_highway(world: &str, config: &HighwayConfig) -> Result<(), WorldError> {
     check_horizon(world, config.horizon)?;
     check_task(world, &config.task)?;
     if config.roads == RoadSet::Seeds(Vec::new()) {
         return Err(refuse(format!("{world}.roads.seeds"), "empty: at least one road"));
+    }
+    if !(0.0..=FASTEST_CARS).contains(&config.car_speed) {
+        let message = format!("{}: in [0, {FASTEST_CARS}] times the usual", config.car_speed);
+        return Err(refuse(format!("{world}.car_speed"), message));
     }
     match &config.pixels {
         Pixels::Classes => Ok(()),

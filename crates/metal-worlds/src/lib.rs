@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(test, allow(clippy::float_cmp, reason = "exact values are expected exactly"))]
 
+pub mod faulty;
 pub mod highway;
 pub mod maze;
 pub mod miniature;

@@ -295,8 +295,10 @@ impl<'a> Desk<'a> {
             member.read(world, &mut self.percept, &mut self.block)?
         } else {
             let price = member.consult(index, world, &mut self.percept, &mut self.state)?;
-            if let Some(opinion) = self.state.opinion(index) {
-                self.encoding.write(&opinion, &mut self.block);
+            match self.state.opinion(index) {
+                Some(opinion) => self.encoding.write(&opinion, &mut self.block),
+                // It was asked and had nothing to say: null, and looked at (reading R130).
+                None => self.block.fill(0.0),
             }
             price
         };

@@ -89,11 +89,16 @@ impl Counterfactual {
             if self.gaze.attended().contains(slot) {
                 continue;
             }
-            if let Some(opinion) = state.opinion(member) {
-                self.block.resize(self.student.layout().block(slot).len(), 0.0);
-                self.encoding.write(&opinion, &mut self.block);
-                self.gaze.look(self.student.layout(), slot, &self.block);
+            if !state.attended().contains(member) {
+                continue;
             }
+            self.block.resize(self.student.layout().block(slot).len(), 0.0);
+            match state.opinion(member) {
+                Some(opinion) => self.encoding.write(&opinion, &mut self.block),
+                // It was asked and had nothing to say: null, and looked at (reading R130).
+                None => self.block.fill(0.0),
+            }
+            self.gaze.look(self.student.layout(), slot, &self.block);
         }
     }
 }

@@ -61,6 +61,8 @@ impl AttentionMethod {
             looks: LookRule::Adaptive { min_looks: 0, max_looks: IndexSet::CAPACITY },
             iterations: ITERATIONS,
             window: ITERATIONS,
+            // Where an episode is one step, looks lead nowhere: open eyes would see no other rows.
+            wide_eyed: 0,
             price_ramp: 3,
             validation_runs: 1000,
             ..CounterfactualConfig::default()

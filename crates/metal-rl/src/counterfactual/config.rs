@@ -122,7 +122,7 @@ pub struct CounterfactualConfig {
     pub gamma: f64,
     /// First iterations, in which looks cost nothing and everybody is looked at before every move: whoever can drive
     /// with open eyes finds out soon which looks it can do without, while a student that knows nothing learns neither
-    /// from the other.
+    /// from the other. The last iteration is never one of them, however few there are.
     pub wide_eyed: usize,
     /// Iterations after them over which the price of looking that is learned from rises from 0 to the true one.
     pub price_ramp: usize,
@@ -173,6 +173,13 @@ impl CounterfactualConfig {
         self.memory.looks > 0 && matches!(self.looks, LookRule::Adaptive { .. })
     }
 
+    /// First iterations in which everybody is looked at: those that were asked for, but never all there are, since who
+    /// looks at everybody learns nothing about its own looks.
+    #[must_use]
+    pub fn wide_eyed_iterations(&self) -> usize {
+        self.wide_eyed.min(self.iterations.saturating_sub(1))
+    }
+
     /// Refuses settings outside their range.
     ///
     /// # Errors
@@ -188,8 +195,7 @@ impl CounterfactualConfig {
         share("judged", self.judged)?;
         count("horizon", self.horizon, 1..=100_000)?;
         within("gamma", self.gamma, (0.0..1.0).contains(&self.gamma), "must be in [0, 1)")?;
-        let wide = self.wide_eyed as f64;
-        within("wide_eyed", wide, self.wide_eyed < self.iterations, "must be less than `iterations`")?;
+        count("wide_eyed", self.wide_eyed, 0..=10_000)?;
         count("price_ramp", self.price_ramp, 0..=10_000)?;
         let dismissal = self.dismissal;
         within("dismissal", dismissal, (0.0..1.0).contains(&dismissal), "must be in [0, 1)")?;
@@ -287,7 +293,7 @@ mod tests {
         assert_eq!(CounterfactualConfig::default().validate(), Ok(()));
         assert_eq!(field(&|c| c.gamma = 1.0), "gamma");
         assert_eq!(field(&|c| c.judged = 0.0), "judged");
-        assert_eq!(field(&|c| c.iterations = 2), "wide_eyed");
+        assert_eq!(field(&|c| c.wide_eyed = 10_001), "wide_eyed");
         assert_eq!(field(&|c| c.fit.final_rate = f64::NAN), "fit.final_rate");
         assert_eq!(field(&|c| c.network.ensemble = 0), "network.ensemble");
         assert_eq!(

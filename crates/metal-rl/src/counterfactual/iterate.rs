@@ -186,12 +186,12 @@ impl Course {
         let drive = own_drive(phase, (iteration, config.iterations), horizon);
         let Budget::Steps(own_steps) = drive.budget else { unreachable!("own drives are counted in steps") };
         let limit = drive_limit((iteration, config.iterations), config.first_drives, horizon);
-        self.student.set_wide_eyed(iteration < config.wide_eyed);
+        self.student.set_wide_eyed(iteration < config.wide_eyed_iterations());
         let sights = gather(school, &self.student, (&drive, limit), &streams.child("drive"), observer)?;
         let Some(sights) = sights else {
             return Err(CounterfactualError::NoCopies(school.environment.spec().id.clone()));
         };
-        let price_share = price_share(iteration, (config.wide_eyed, config.price_ramp));
+        let price_share = price_share(iteration, (config.wide_eyed_iterations(), config.price_ramp));
         let pupil = Pupil {
             student: &self.student,
             members: school.members,
@@ -238,7 +238,7 @@ impl Course {
         self.diary.push(iterate);
         self.past.push(self.student.clone());
         // Who looks at everybody tells nothing about how good the same student's own looks are.
-        let free = self.student.config().wide_eyed;
+        let free = self.student.config().wide_eyed_iterations();
         if self.diary.len() <= free {
             return;
         }

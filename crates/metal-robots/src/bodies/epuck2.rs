@@ -177,3 +177,49 @@ impl Body for Epuck2 {
         ])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::Link;
+    use std::io;
+    use std::sync::{Arc, Mutex};
+
+    /// Keeps the commands and answers each with nothing.
+    struct Deaf(Arc<Mutex<Vec<Command>>>, usize);
+
+    impl Link for Deaf {
+        fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+            self.0.lock().unwrap().push(Command::decode(bytes).unwrap());
+            self.1 += 1;
+            Ok(())
+        }
+
+        fn receive(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            self.1 -= 1;
+            buffer[0] = 3;
+            Ok(1)
+        }
+
+        fn waiting(&mut self) -> io::Result<bool> {
+            Ok(false)
+        }
+    }
+
+    #[test]
+    fn lights_stay_as_they_were_set_and_beside_the_wheels() {
+        let said = Arc::new(Mutex::new(Vec::new()));
+        let seen = Arc::clone(&said);
+        let opener: Opener = Box::new(move || Ok(Box::new(Deaf(Arc::clone(&seen), 0))));
+        let mut robot = Epuck2::connect(opener, Patience::default()).unwrap();
+        robot.light(4, [9, 9, 9]).unwrap();
+        robot.light(3, [255, 0, 128]).unwrap();
+        robot.light(9, [255; 3]).unwrap();
+        robot.drive(Wheels { left_mps: 0.1, right_mps: 0.1 }).unwrap();
+        robot.light(4, [0; 3]).unwrap();
+        let said = said.lock().unwrap();
+        let states: Vec<(u8, [u8; 3])> = said.iter().map(|c| (c.lights, c.colours[1])).collect();
+        let purple = [100, 0, 50];
+        assert_eq!(states, [(0, [0; 3]), (4, [0; 3]), (4, purple), (4, purple), (0, purple)]);
+    }
+}

@@ -52,7 +52,7 @@ pub enum Command {
     #[command(after_help = robots::SERVE)]
     Serve(robots::Serve),
     /// Check a robot: link, firmware, sensors, camera. The wheels do not turn
-    Doctor(robots::Robot),
+    Doctor(robots::Found),
     /// Learn a robot's colours and infra-red levels from a few frames, and write them to a file
     Calibrate(robots::Calibrate),
     /// Write the highway as a world for Webots: road texture, cars, world file
@@ -135,6 +135,7 @@ Examples:
   metal studio --open                        the paper's experiment: watch, demonstrate, train
   metal studio --run runs/reproduce          the trained minds of a run
   metal studio --experiment my.toml --out runs/mine
+  metal studio --run runs/reproduce --robot epuck2://192.168.1.10
   ssh -L 8471:localhost:8471 robot metal studio --port 8471
 
 Prints an address with a secret token; open it in any browser. What is demonstrated or learned goes
@@ -277,6 +278,15 @@ pub struct Studio {
     /// Override a field of the experiment, as in `metal run`; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", conflicts_with = "run")]
     pub set: Vec<String>,
+    /// Watch a body that the run's minds drive: epuck:///dev/rfcomm0, epuck2://HOST:PORT or webots://HOST:PORT/NAME
+    #[arg(long, value_name = "ADDRESS", requires = "run")]
+    pub robot: Option<metal_robots::Address>,
+    /// A file that `metal calibrate` wrote
+    #[arg(long, value_name = "FILE", requires = "robot")]
+    pub calibration: Option<PathBuf>,
+    /// The body is on the road grown from this seed, and a supervisor may place and judge it
+    #[arg(long, value_name = "N", requires = "robot")]
+    pub road_seed: Option<u64>,
     /// Port (0: one that is free)
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub port: u16,

@@ -15,6 +15,7 @@ use metal_lab::results::Results;
 use metal_lab::store::Store;
 use metal_lab::task::{NamedTask, Prices, Recipe, TableTask, Task};
 use metal_lab::{catalogue, experiments, finish, reevaluate, traffic};
+use metal_robots::Emergency;
 use metal_studio::server;
 use metal_studio::subject::Subject;
 use std::io::Write;
@@ -165,11 +166,13 @@ fn taught_by(plan: Plan, demonstrations: Option<&Path>) -> anyhow::Result<Plan> 
 }
 
 fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
-    let subject = match (&wishes.run, &wishes.experiment) {
+    let mut subject = match (&wishes.run, &wishes.experiment) {
         (Some(folder), _) => Subject::run(folder)?,
         (None, Some(file)) => Subject::experiment(plan::load(file, &wishes.set)?, &wishes.out)?,
         (None, None) => Subject::experiment(plan::parse(experiments::PAPER, &wishes.set)?, &wishes.out)?,
     };
+    subject.robot = robots::watched(wishes)?;
+    let emergency = subject.robot.as_ref().map(|robot| robot.emergency.clone());
     let options = server::Options {
         address: wishes.bind,
         port: wishes.port,
@@ -185,7 +188,13 @@ fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
         );
     }
     say(&format!("studio: {}\n", studio.url()))?;
-    ctrlc::set_handler(studio.quitter()).context("cannot listen to Ctrl-C")?;
+    let quit = studio.quitter();
+    ctrlc::set_handler(move || {
+        // The wheels first: the stage may be in the middle of a step.
+        emergency.iter().for_each(Emergency::press);
+        quit();
+    })
+    .context("cannot listen to Ctrl-C")?;
     if wishes.open {
         show(&studio.url())?;
     }

@@ -12,6 +12,7 @@ use serde::Serialize;
 
 /// How things stand.
 #[derive(Debug, Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a lamp of its own on the page")]
 pub struct Status {
     view: &'static str,
     running: bool,

@@ -81,7 +81,7 @@ impl DecisionState {
         )
     }
 
-    /// `member` was consulted and has nothing to say, because its sensors did not answer (reading R130).
+    /// `member` was consulted and has nothing to say, because its sensors did not answer (reading R109).
     pub fn silence(&mut self, member: usize) {
         self.silent = self.silent.with(member);
     }

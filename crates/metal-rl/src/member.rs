@@ -24,7 +24,7 @@ impl Member {
     }
 
     /// Reads what the member sees, lets it speak into `state`, and returns the price of the sensors read just now. If
-    /// none of its sensors answered, it has nothing to say: null (reading R130).
+    /// none of its sensors answered, it has nothing to say: null (reading R109).
     ///
     /// # Errors
     /// If a sensor does not answer.

@@ -64,7 +64,7 @@ impl View {
     }
 
     /// Writes the state into `out` (length [`Self::dims`]). A silent sensor's numbers are 0, as if it saw nothing: they
-    /// are used only beside those of a sensor that answered (reading R130).
+    /// are used only beside those of a sensor that answered (reading R109).
     ///
     /// # Panics
     /// If a sensor of the view was not read in this step: nobody peeks.
@@ -81,7 +81,7 @@ impl View {
 
 /// The readings of one motor step: present where somebody looked, absent elsewhere.
 ///
-/// A sensor that delivers anything but finite numbers is *silent* for the motor step (reading R130): the look is paid,
+/// A sensor that delivers anything but finite numbers is *silent* for the motor step (reading R109): the look is paid,
 /// and there is no reading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Percept {

@@ -1,4 +1,4 @@
-//! Sensors that deliver no numbers (reading R130): nothing of it reaches a learner, looks are paid, nobody is taught, and
+//! Sensors that deliver no numbers (reading R109): nothing of it reaches a learner, looks are paid, nobody is taught, and
 //! every policy goes on.
 #![allow(clippy::unwrap_used)]
 

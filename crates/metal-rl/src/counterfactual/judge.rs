@@ -297,7 +297,7 @@ impl<'a> Desk<'a> {
             let price = member.consult(index, world, &mut self.percept, &mut self.state)?;
             match self.state.opinion(index) {
                 Some(opinion) => self.encoding.write(&opinion, &mut self.block),
-                // It was asked and had nothing to say: null, and looked at (reading R130).
+                // It was asked and had nothing to say: null, and looked at (reading R109).
                 None => self.block.fill(0.0),
             }
             price

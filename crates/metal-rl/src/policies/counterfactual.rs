@@ -95,7 +95,7 @@ impl Counterfactual {
             self.block.resize(self.student.layout().block(slot).len(), 0.0);
             match state.opinion(member) {
                 Some(opinion) => self.encoding.write(&opinion, &mut self.block),
-                // It was asked and had nothing to say: null, and looked at (reading R130).
+                // It was asked and had nothing to say: null, and looked at (reading R109).
                 None => self.block.fill(0.0),
             }
             self.gaze.look(self.student.layout(), slot, &self.block);

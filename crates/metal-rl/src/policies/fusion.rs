@@ -7,7 +7,7 @@ use crate::random::Rng;
 use crate::set::IndexSet;
 
 /// Consults every member of `roster`, then moves as the fuser says. If nobody has anything to say, it does as it did
-/// last in this episode (reading R130).
+/// last in this episode (reading R109).
 #[derive(Clone, Debug)]
 pub struct Fusion {
     fuser: Fuser,

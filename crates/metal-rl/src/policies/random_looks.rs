@@ -7,7 +7,7 @@ use crate::random::Rng;
 use crate::set::IndexSet;
 
 /// Consults random members (the first look always, each further one with probability 1 − 1/mean), then fuses. If nobody
-/// has anything to say, it does as it did last in this episode (reading R130).
+/// has anything to say, it does as it did last in this episode (reading R109).
 #[derive(Clone, Debug)]
 pub struct RandomLooks {
     fuser: Fuser,

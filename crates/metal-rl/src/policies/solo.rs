@@ -5,7 +5,7 @@ use crate::random::Rng;
 use crate::set::IndexSet;
 
 /// Consults one member before every move and acts by its values: greedy as in Eqs. (5, 6), or exploring. If the member
-/// has nothing to say, what it last said in this episode stands (reading R130).
+/// has nothing to say, what it last said in this episode stands (reading R109).
 #[derive(Clone, Debug)]
 pub struct Solo {
     member: usize,

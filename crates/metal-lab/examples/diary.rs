@@ -16,7 +16,6 @@ use metal_lab::reproduce::subsets::{Rival, train_subset};
 use metal_lab::train::{Trained, train_seed};
 use metal_rl::observe::{Observer, Step};
 use metal_rl::random::Streams;
-use metal_rl::set::IndexSet;
 use std::error::Error;
 use std::path::Path;
 
@@ -45,20 +44,10 @@ fn teach(plan: &Plan, pupil: &str, streams: &Streams) -> Result<(), Box<dyn Erro
         return dissect(&candidate, streams);
     }
     let rows = plan.file.subsets.as_ref().ok_or("the file has no [subsets]")?;
-    let subset = train_subset(plan, rows, (rival(plan, pupil)?, 1.0), streams, &Silent)?;
+    let subset =
+        train_subset(plan, rows, (Rival::parse(plan, "whom to teach", pupil)?, 1.0), streams, &Silent)?;
     print(&subset.trained);
     dissect(&subset.candidate(), streams)
-}
-
-/// `MF+RF/2`: the sensors MF and RF at every second motor step.
-fn rival(plan: &Plan, words: &str) -> Result<Rival, Box<dyn Error>> {
-    let (names, every) = words.split_once('/').unwrap_or((words, "1"));
-    let mut sensors = IndexSet::EMPTY;
-    for name in names.split('+') {
-        let index = plan.spec.sensors.iter().position(|s| s.name == name);
-        sensors = sensors.with(index.ok_or_else(|| format!("there is no sensor `{name}`"))?);
-    }
-    Ok(Rival { sensors, every: every.parse()? })
 }
 
 fn print(trained: &Trained) {

@@ -2,12 +2,13 @@
 //! the same on any number of threads, blind to what it did not attend, and the same after a night in the freezer.
 #![allow(clippy::unwrap_used)]
 
+use metal_lab::checkpoint::Ledger;
 use metal_lab::evaluate::{Candidate, Course, drive, measures, test};
 use metal_lab::mind::Mind;
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;
 use metal_lab::registry::Roads;
-use metal_lab::reproduce::subsets::{Rival, name, subset_plan};
+use metal_lab::reproduce::subsets::{Rival, name, screen, screened_count, subset_plan};
 use metal_lab::train::{Trained, train_seed};
 use metal_lab::{experiments, mind::FrozenMind};
 use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
@@ -199,6 +200,7 @@ fn fixed_subsets_learn_by_the_same_recipe_and_keep_to_their_looks() {
     let rows = plan.file.subsets.as_ref().unwrap();
     let rival = Rival { sensors: IndexSet::EMPTY.with(1).with(6), every: 2 };
     assert_eq!(name(&plan, rival), "fixed:MF+IR/2");
+    assert_eq!(Rival::parse(&plan, "here", "IR+MF/2"), Ok(rival));
     let derived = subset_plan(&plan, rows, rival, 0.5).unwrap();
     assert_eq!(derived.budget_steps("subset"), 300);
     let (_, config) = derived.counterfactual("subset").unwrap();
@@ -212,6 +214,18 @@ fn fixed_subsets_learn_by_the_same_recipe_and_keep_to_their_looks() {
         runs.iter().all(|r| r.looks == [2]),
         "every episode of the toy is one step, at which looks are due"
     );
+}
+
+#[test]
+fn rivals_that_are_named_are_the_only_ones_screened() {
+    let subsets = "\n[subsets]\nlike = \"attention\"\nbudget_of = [\"attention\"]\namong = [\"MF/2\", \"MN+IR\"]\n\
+                   screening_share = 0.1\nscreening_seeds = 1\nscreening_runs = 5\nconfirmed = 1\n";
+    let plan = plan::parse(&(toml::to_string(&toy(SHORT, 600).file).unwrap() + subsets), &[]).unwrap();
+    let rows = plan.file.subsets.as_ref().unwrap();
+    let screened = screen(&plan, rows, false, &Streams::new(2), &Ledger::none(&Silent)).unwrap();
+    let words: Vec<String> = screened.iter().map(|s| s.rival.words(&plan)).collect();
+    assert_eq!(words, ["MF/2", "MN+IR"]);
+    assert_eq!(screened_count(7, false, rows), 2);
 }
 
 #[test]

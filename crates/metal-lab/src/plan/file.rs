@@ -182,6 +182,9 @@ pub struct SubsetsFile {
     /// iteration.
     #[serde(default = "always", skip_serializing_if = "is_always")]
     pub every: Vec<usize>,
+    /// Those to screen, as in `MN+MF/2`; none: all single sensors and pairs, and larger ones grown from the best pair.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub among: Vec<String>,
     /// Phases whose motor steps add up to the budget of a subset, so that all rows spend the same.
     pub budget_of: Vec<String>,
     /// Share of that budget spent while screening, in (0, 1].

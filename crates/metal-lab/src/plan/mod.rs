@@ -5,6 +5,7 @@ pub mod error;
 pub mod file;
 pub(crate) mod limits;
 pub mod overrides;
+pub mod rival;
 mod roles;
 
 pub use check::{MemberPlan, Plan};

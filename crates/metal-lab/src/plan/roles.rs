@@ -4,6 +4,7 @@ use super::check::Plan;
 use super::error::PlanError;
 use super::file::{Acting, AttentionFile, PhaseFile, PolicyFile, SubsetsFile};
 use super::limits::{self, unknown};
+use super::rival::Rival;
 use metal_rl::counterfactual::{CounterfactualConfig, UnknownMember};
 use metal_rl::decision::DecisionDims;
 use metal_rl::learner::{Dims, LearnerError};
@@ -264,6 +265,15 @@ impl Plan {
         }
         if !recipe && subsets.learner.is_none() {
             return Err(PlanError::at("subsets", "missing field `learner`"));
+        }
+        limits::once("subsets.among", &subsets.among)?;
+        for words in &subsets.among {
+            let rival = Rival::parse(self, "subsets.among", words)?;
+            if !recipe && rival.every != 1 {
+                let message =
+                    format!("`{words}`: only by counterfactual policy iteration may one look now and then");
+                return Err(PlanError::at("subsets.among", message));
+            }
         }
         if subsets.every.is_empty() || subsets.every.contains(&0) {
             return Err(PlanError::at("subsets.every", "motor steps from look to look, each at least 1"));

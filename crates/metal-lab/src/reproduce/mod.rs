@@ -276,7 +276,7 @@ pub fn planned_steps(plan: &Plan, options: &Options) -> usize {
     let mut steps = options.seeds * phases + plan.file.policy.len() * tests_of_one + blind;
     if let Some(rows) = &plan.file.subsets {
         let budget: usize = rows.budget_of.iter().map(|n| plan.budget_steps(n)).sum();
-        let screened = subsets::screened_count(plan.spec.sensors.len(), options.all_subsets, &rows.every)
+        let screened = subsets::screened_count(plan.spec.sensors.len(), options.all_subsets, rows)
             * rows.screening_seeds;
         let screening = (budget as f64 * rows.screening_share) as usize + rows.screening_runs * horizon;
         steps += screened * screening + (rows.confirmed + 1) * (options.seeds * budget + tests_of_one);

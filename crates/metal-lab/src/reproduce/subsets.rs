@@ -5,6 +5,7 @@ use super::table::motor;
 use crate::checkpoint::Ledger;
 use crate::evaluate::{Candidate, Course, test};
 use crate::plan::file::{MemberFile, PhaseFile, PlanFile, SubsetsFile};
+pub use crate::plan::rival::Rival;
 use crate::plan::{Acting, Plan, PlanError};
 use crate::progress::Progress;
 use crate::train::{RunError, Trained, train_seed_kept};
@@ -17,23 +18,6 @@ use std::collections::BTreeMap;
 
 /// Name of the only member of a subset's mind, and of the phase that trains it.
 const SUBSET: &str = "subset";
-
-/// A fixed choice of sensors: the rival of attention.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Rival {
-    /// Sensors, as indices into the spec.
-    pub sensors: IndexSet,
-    /// Motor steps from look to look; 1: it always looks.
-    pub every: usize,
-}
-
-impl Rival {
-    /// Who always looks at `sensors`.
-    #[must_use]
-    pub fn always(sensors: IndexSet) -> Self {
-        Self { sensors, every: 1 }
-    }
-}
 
 /// A screened subset: what it cost on validation roads, per screening seed.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,9 +41,7 @@ impl Screened {
 /// Name of a subset in results: `fixed:MN+MF`, or `fixed:MN+MF/2` if it looks every second time.
 #[must_use]
 pub fn name(plan: &Plan, rival: Rival) -> String {
-    let names: Vec<&str> = rival.sensors.iter().map(|s| plan.spec.sensors[s].name.as_str()).collect();
-    let rhythm = if rival.every == 1 { String::new() } else { format!("/{}", rival.every) };
-    format!("fixed:{}{rhythm}", names.join("+"))
+    format!("fixed:{}", rival.words(plan))
 }
 
 /// The experiment in which one learner looks at `rival` and nothing else, for `share` of the common budget.
@@ -206,7 +188,8 @@ pub(super) fn train_subset_kept(
 /// Screens subsets on few seeds and validation roads, apart from the seeds and roads of the report.
 ///
 /// All singles and pairs; then from the best pair on, one more sensor at a time, the best addition kept; with `all`,
-/// every subset there is. Of those who look now and then, all singles and pairs. What is in `ledger` is not measured again.
+/// every subset there is. Of those who look now and then, all singles and pairs. If the plan names rivals, these alone. What
+/// is in `ledger` is not measured again.
 ///
 /// # Errors
 /// If the world fails.
@@ -218,6 +201,10 @@ pub fn screen(
     ledger: &Ledger<'_>,
 ) -> Result<Vec<Screened>, RunError> {
     let desk = Screening { plan, rows, streams: streams.child("screening"), ledger };
+    if !rows.among.is_empty() {
+        let parse = |words: &String| Rival::parse(plan, "subsets.among", words);
+        return desk.measure(&rows.among.iter().map(parse).collect::<Result<Vec<_>, _>>()?);
+    }
     let n = plan.spec.sensors.len();
     let mut screened = Vec::new();
     for &every in &rows.every {
@@ -238,9 +225,13 @@ pub fn screen(
     Ok(screened)
 }
 
-/// How many subsets [`screen`] measures among `sensors` sensors with these rhythms of looking.
+/// How many subsets [`screen`] measures among `sensors` sensors.
 #[must_use]
-pub fn screened_count(sensors: usize, all: bool, every: &[usize]) -> usize {
+pub fn screened_count(sensors: usize, all: bool, rows: &SubsetsFile) -> usize {
+    let every = &rows.every;
+    if !rows.among.is_empty() {
+        return rows.among.len();
+    }
     if all {
         return every.len() * ((1 << sensors) - 1);
     }

@@ -171,7 +171,9 @@ fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
         (None, Some(file)) => Subject::experiment(plan::load(file, &wishes.set)?, &wishes.out)?,
         (None, None) => Subject::experiment(plan::parse(experiments::PAPER, &wishes.set)?, &wishes.out)?,
     };
-    subject.robot = robots::watched(wishes)?;
+    if let Some(robot) = robots::watched(wishes)? {
+        subject.embody(robot)?;
+    }
     let emergency = subject.robot.as_ref().map(|robot| robot.emergency.clone());
     let options = server::Options {
         address: wishes.bind,

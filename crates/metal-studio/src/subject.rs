@@ -71,6 +71,9 @@ pub enum SubjectError {
     /// The world is no road.
     #[error("the studio shows roads, and {0} is none; choose an experiment in the highway")]
     NoRoad(String),
+    /// Only the scripted expert would drive.
+    #[error("nobody is left to drive a body: the scripted expert knows only the simulated road; open a run with trained minds")]
+    Nobody,
     /// A mind that a body has no senses for.
     #[error("the minds of this run have other sensors than a body")]
     OtherSensors,
@@ -115,6 +118,19 @@ impl Subject {
         let mut subject = Self { plan, store, results, drivers, robot: None, blind: 0, minds, is_run: false };
         subject.drivers = subject.rows(&|_, after| after.is_none().then_some(Home::Newborn), "");
         Ok(subject)
+    }
+
+    /// The minds drive `robot`. A body has no expert beside it, so the scripted one is no driver any more.
+    ///
+    /// # Errors
+    /// If nobody is left to drive.
+    pub fn embody(&mut self, robot: Robot) -> Result<(), SubjectError> {
+        self.drivers.retain(|driver| driver.acting != Acting::Advisor);
+        if self.drivers.is_empty() {
+            return Err(SubjectError::Nobody);
+        }
+        self.robot = Some(robot);
+        Ok(())
     }
 
     /// Rows of the plan's comparison whose minds are at `home`.

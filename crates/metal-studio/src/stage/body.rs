@@ -78,7 +78,8 @@ mod tests {
         let environment = RobotEnvironment::new(guard, config).unwrap();
         let out = std::env::temp_dir().join(format!("metal-studio-{name}-{}", std::process::id()));
         let mut subject = Subject::experiment(paper().unwrap(), &out).unwrap();
-        subject.robot = Some(Robot { environment, emergency });
+        subject.embody(Robot { environment, emergency }).unwrap();
+        assert!(subject.drivers.iter().all(|d| d.label != "expert (oracle)"), "it knows only the simulated road");
         // The receiver is kept nowhere: pages come in another test.
         let hub = Arc::new(Hub::new(sync_channel(64).0));
         (Stage::new(hub.clone(), subject, 1).unwrap(), hub)

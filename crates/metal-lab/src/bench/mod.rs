@@ -149,7 +149,9 @@ pub fn bench(
 ) -> Result<Bench, RunError> {
     recipe.check()?;
     options.check()?;
-    let spec = task.training()?.spec().clone();
+    let world = task.training()?;
+    let (spec, recipe) = (world.spec().clone(), &recipe.clone().for_world(world.as_ref()));
+    drop(world);
     let streams = Streams::new(options.seed);
     let desk = rows::Desk { task, spec: &spec, recipe, options, streams, progress };
     let (rows, statics) = desk.rows()?;

@@ -1,7 +1,8 @@
 //! How a task's attention is learned: the paper's values of looks, or counterfactual policy iteration.
 
 use crate::plan::PlanError;
-use metal_rl::counterfactual::{CounterfactualConfig, LookRule};
+use metal_rl::counterfactual::{CounterfactualConfig, LookRule, MemoryConfig};
+use metal_rl::environment::Environment;
 use metal_rl::learner::LearnerError;
 use metal_rl::learners::{LearnerConfig, MlpConfig};
 use metal_rl::policies::AttentionConfig;
@@ -10,10 +11,16 @@ use metal_rl::returns::Credit;
 use metal_rl::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
+/// Motor steps that pay for a training step of each fit, and training steps that every fit has.
+const STEPS_PER_BATCH: usize = 20;
+const FEWEST_BATCHES: usize = 50;
+
 /// How attention is learned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AttentionMethod {
+    /// What suits the world: counterfactual policy iteration where it can be copied, the paper's values elsewhere.
+    Auto,
     /// The paper's: values of looks and moves, Eqs. (8)-(11).
     Values(ValuesMethod),
     /// Counterfactual policy iteration, for worlds that can be copied; its discount is that of the recipe.
@@ -67,9 +74,36 @@ impl AttentionMethod {
         })
     }
 
+    /// Counterfactual policy iteration for tasks of many steps, as it was found good on the highway: the last look at
+    /// every sensor is remembered for some steps, and so is the last action.
+    #[must_use]
+    pub fn many_steps() -> Self {
+        Self::Counterfactual(CounterfactualConfig {
+            memory: MemoryConfig { looks: 1, steps: 5, action: true },
+            ..CounterfactualConfig::default()
+        })
+    }
+
+    /// The method itself in place of [`AttentionMethod::Auto`], for a phase of so many motor steps: whoever sees little
+    /// need not fit long.
+    pub(super) fn for_world(self, world: &dyn Environment, steps: usize) -> Self {
+        if self != Self::Auto {
+            return self;
+        }
+        if world.fork().is_none() {
+            return Self::Values(ValuesMethod::default());
+        }
+        let mut method = if world.spec().horizon == 1 { Self::one_step() } else { Self::many_steps() };
+        if let Self::Counterfactual(config) = &mut method {
+            config.fit.batches = (steps / STEPS_PER_BATCH).clamp(FEWEST_BATCHES, config.fit.batches);
+        }
+        method
+    }
+
     /// Refuses what cannot be carried out.
     pub(super) fn check(&self) -> Result<(), PlanError> {
         match self {
+            Self::Auto => Ok(()),
             Self::Values(values) => {
                 let refuse = |e: LearnerError| PlanError::at("method.values.learner", e.to_string());
                 values.learner.validate().map_err(refuse)?;
@@ -88,7 +122,7 @@ impl AttentionMethod {
     /// earned.
     pub(super) fn for_one_step(self) -> Self {
         match self {
-            Self::Counterfactual(config) => Self::Counterfactual(config),
+            Self::Auto | Self::Counterfactual(_) => self,
             Self::Values(mut values) => {
                 values.settings.motor_target = MotorTarget::Myopic;
                 Self::Values(values)
@@ -100,7 +134,7 @@ impl AttentionMethod {
     pub(super) fn values(&self) -> ValuesMethod {
         match self {
             Self::Values(values) => values.clone(),
-            Self::Counterfactual(_) => ValuesMethod::default(),
+            Self::Auto | Self::Counterfactual(_) => ValuesMethod::default(),
         }
     }
 }

@@ -81,12 +81,21 @@ pub struct Iterate {
     pub motor: f64,
     /// Looks.
     pub looks: f64,
+    /// Motor steps of a run of the validation, mean.
+    #[serde(default = "one")]
+    pub run_steps: f64,
+}
+
+/// Runs of equal length may be compared step by step.
+fn one() -> f64 {
+    1.0
 }
 
 impl Iterate {
-    /// Cost per motor step if a look cost this share of its price.
+    /// What a run would earn if a look cost this share of its price. Per run, not per step: where a world can end, who
+    /// lives twice as long as another at the same reward per step is twice as good.
     fn at_price(&self, share: f64) -> f64 {
-        self.motor + share * (self.total - self.motor)
+        self.run_steps * (self.motor + share * (self.total - self.motor))
     }
 }
 
@@ -218,6 +227,7 @@ impl Course {
             total: mean(tally.motor - tally.price),
             motor: mean(tally.motor),
             looks: mean(tally.looks as f64),
+            run_steps: tally.steps as f64 / config.validation_runs as f64,
         });
         Ok(())
     }

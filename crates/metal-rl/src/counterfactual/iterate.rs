@@ -351,6 +351,25 @@ mod tests {
     }
 
     #[test]
+    fn who_lives_longer_at_the_same_reward_per_step_is_better() {
+        let iterate = |run_steps, total| Iterate {
+            own_steps: 0,
+            rolled_steps: 0,
+            validation_steps: 0,
+            price_share: 1.0,
+            idle: 0.0,
+            loss: 0.0,
+            total,
+            motor: 1.0,
+            looks: 0.0,
+            run_steps,
+        };
+        // A pole that falls at once without a look, and one that stands for 200 steps of two looks each.
+        let diary = [iterate(9.0, 1.0), iterate(200.0, 0.9)];
+        assert_eq!(best(&diary, 1.0), 1);
+    }
+
+    #[test]
     fn drives_become_as_long_as_the_worlds() {
         let limits: Vec<usize> = (0..6).map(|i| drive_limit((i, 6), 10, 40)).collect();
         assert_eq!(limits, [10, 20, 30, 40, 40, 40]);

@@ -6,6 +6,7 @@ Tasks: every built-in one, `wine` and `breast_cancer` of scikit-learn, and `cart
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from collections.abc import Callable, Sequence
 
@@ -40,16 +41,17 @@ def named(name: str) -> Task:
     return BuiltIn(name)
 
 
-def train(who: str, task: Task, steps: int, seed: int, episodes: int) -> list[Result]:
+def train(who: str, task: Task, wanted: argparse.Namespace, seed: int) -> list[Result]:
     """Results of one training of `who`; CART and the forest come in several sizes."""
     if who == "CART":
         return list(peers.trees(task, seed))
     if who == "forest":
         return list(peers.forests(task, seed))
     if who != "METAL":
-        return [peers.reinforcement(who, task, steps, seed, episodes)]
+        return [peers.reinforcement(who, task, wanted.steps, seed, wanted.episodes)]
     started = time.process_time()
-    score = learn(task, steps=steps, seed=seed).evaluate(task, episodes)
+    mind = learn(task, steps=wanted.steps, phases=wanted.phases, recipe=wanted.recipe, seed=seed)
+    score = mind.evaluate(task, wanted.episodes)
     motor, cost = float(score.motor.mean()), float(score.price.mean())
     return [Result(who, motor, cost, score.looks_per_step, time.process_time() - started)]
 
@@ -91,6 +93,8 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--steps", type=int, default=60_000, help="motor steps of learning")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--episodes", type=int, default=1000, help="test episodes per training")
+    parser.add_argument("--phases", type=json.loads, metavar="JSON", help="METAL's motor steps by phase")
+    parser.add_argument("--recipe", type=json.loads, metavar="JSON", help="fields of METAL's recipe")
     parser.add_argument("--who", nargs="*", choices=EVERYBODY, default=list(EVERYBODY))
     wanted = parser.parse_args(words)
     task = named(wanted.task)
@@ -98,7 +102,7 @@ def main(words: Sequence[str] | None = None) -> None:
     for who in wanted.who:
         found: dict[str, list[Result]] = {}
         for seed in range(1, wanted.seeds + 1):
-            for result in train(who, task, wanted.steps, seed, wanted.episodes):
+            for result in train(who, task, wanted, seed):
                 found.setdefault(result.name, []).append(result)
         for name, results in found.items():
             print(line(name, results), flush=True)

@@ -87,7 +87,9 @@ impl School<'_> {
                 let config = mind.recipe.counterfactual(config);
                 Controller::Counterfactual(Box::new(self.counterfactual(mind, &config, &phase)?))
             }
-            AttentionMethod::Auto | AttentionMethod::Values(_) => Controller::Values(Box::new(self.values(mind, phase)?)),
+            AttentionMethod::Auto | AttentionMethod::Values(_) => {
+                Controller::Values(Box::new(self.values(mind, phase)?))
+            }
         };
         mind.controller = Some(controller);
         Ok(())

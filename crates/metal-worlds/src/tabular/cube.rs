@@ -108,8 +108,7 @@ pub fn cube_nm(config: &CubeNmConfig) -> Data {
     let name = |i: usize| {
         if i < n { format!("context{i}") } else { format!("b{}x{}", (i - n) / BLOCK, (i - n) % BLOCK) }
     };
-    let columns: Vec<Column> =
-        columns.into_iter().enumerate().map(|(i, v)| ranged(&name(i), v)).collect();
+    let columns: Vec<Column> = columns.into_iter().enumerate().map(|(i, v)| ranged(&name(i), v)).collect();
     let mut groups =
         vec![Group { name: "context".to_owned(), columns: (0..n).collect(), price: config.look_price }];
     groups.extend((n..columns.len()).map(|c| single(&columns, c, config.look_price)));

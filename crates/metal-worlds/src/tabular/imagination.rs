@@ -164,12 +164,7 @@ fn blindfold(matrix: &mut Matrix, rng: &mut Rng) {
 }
 
 impl Classes {
-    fn of(
-        matrix: &Matrix,
-        shares: &[Vec<f64>],
-        (labels, classes): (&[usize], usize),
-        belief: f64,
-    ) -> Self {
+    fn of(matrix: &Matrix, shares: &[Vec<f64>], (labels, classes): (&[usize], usize), belief: f64) -> Self {
         let model = |weights: &Vec<f64>| {
             let whole = moments(matrix, weights);
             let own = |class: usize| {
@@ -244,8 +239,11 @@ mod tests {
         // Class 3 is the corner (1, 1, 0) in columns 3, 4, 5; elsewhere noise around 0.5.
         for (column, wanted, spread) in [(3, 1.0, 0.1), (4, 1.0, 0.1), (5, 0.0, 0.1), (12, 0.5, 0.3)] {
             let mine = |r: &usize| imagined.labels[*r] == 3;
-            let cells: Vec<f64> =
-                rows(&imagined).iter().filter(|r| mine(r)).filter_map(|&r| imagined.columns[column].values[r]).collect();
+            let cells: Vec<f64> = rows(&imagined)
+                .iter()
+                .filter(|r| mine(r))
+                .filter_map(|&r| imagined.columns[column].values[r])
+                .collect();
             let mean = cells.iter().sum::<f64>() / cells.len() as f64;
             let sd = (cells.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / cells.len() as f64).sqrt();
             assert!((mean - wanted).abs() < 0.1, "column {column}: {mean}");
@@ -280,7 +278,8 @@ mod tests {
         let holes = imagined.columns[0].values.iter().filter(|v| v.is_none()).count() as f64 / 3000.0;
         assert!((holes - 1.0 / 3.0).abs() < 0.05, "{holes}");
         assert!(imagined.columns[1].values.iter().flatten().all(|&x| x == 0.0 || x == 1.0));
-        let told = (0..3000).filter(|&r| imagined.columns[1].values[r] == Some(imagined.labels[r] as f64)).count();
+        let told =
+            (0..3000).filter(|&r| imagined.columns[1].values[r] == Some(imagined.labels[r] as f64)).count();
         assert!(told > 2900, "{told}");
     }
 }

@@ -88,7 +88,11 @@ fn normal_quantile(p: f64) -> f64 {
     let (mut low, mut high) = (-9.0, 9.0);
     for _ in 0..60 {
         let middle: f64 = (low + high) / 2.0;
-        if 0.5 * (1.0 + num::erf(middle / std::f64::consts::SQRT_2)) < p { low = middle } else { high = middle }
+        if 0.5 * (1.0 + num::erf(middle / std::f64::consts::SQRT_2)) < p {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     (low + high) / 2.0
 }

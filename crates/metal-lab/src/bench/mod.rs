@@ -150,7 +150,7 @@ pub fn bench(
     recipe.check()?;
     options.check()?;
     let world = task.training()?;
-    let (spec, recipe) = (world.spec().clone(), &recipe.clone().for_world(world.as_ref()));
+    let (spec, recipe) = (world.spec().clone(), &recipe.clone().for_task(task, world.as_ref()));
     drop(world);
     let streams = Streams::new(options.seed);
     let desk = rows::Desk { task, spec: &spec, recipe, options, streams, progress };

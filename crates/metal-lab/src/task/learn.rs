@@ -28,7 +28,7 @@ pub fn learn(
     observer: &mut dyn Observer,
 ) -> Result<Learned, RunError> {
     let mut environment = task.training()?;
-    let recipe = &recipe.clone().for_world(environment.as_ref());
+    let recipe = &recipe.clone().for_task(task, environment.as_ref());
     let mut mind = Learned::newborn(environment.spec(), &task.opinions(), recipe, streams)?;
     let mut school = School { task, environment: environment.as_mut(), streams, observer };
     if recipe.demonstration > 0 {

@@ -1,7 +1,8 @@
 //! How a task's attention is learned: the paper's values of looks, or counterfactual policy iteration.
 
+use super::Task;
 use crate::plan::PlanError;
-use metal_rl::counterfactual::{CounterfactualConfig, LookRule, MemoryConfig};
+use metal_rl::counterfactual::{CounterfactualConfig, LookRule};
 use metal_rl::environment::Environment;
 use metal_rl::learner::LearnerError;
 use metal_rl::learners::{LearnerConfig, MlpConfig};
@@ -18,7 +19,8 @@ const FEWEST_BATCHES: usize = 50;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AttentionMethod {
-    /// What suits the world: counterfactual policy iteration where it can be copied, the paper's values elsewhere.
+    /// What suits the task: counterfactual policy iteration for tasks of one step, such as tables, where a world can be
+    /// copied; the paper's values elsewhere.
     Auto,
     /// The paper's: values of looks and moves, Eqs. (8)-(11).
     Values(ValuesMethod),
@@ -75,26 +77,15 @@ impl AttentionMethod {
         })
     }
 
-    /// Counterfactual policy iteration for tasks of many steps, as it was found good on the highway: the last look at
-    /// every sensor is remembered for some steps, and so is the last action.
-    #[must_use]
-    pub fn many_steps() -> Self {
-        Self::Counterfactual(CounterfactualConfig {
-            memory: MemoryConfig { looks: 1, steps: 5, action: true },
-            ..CounterfactualConfig::default()
-        })
-    }
-
     /// The method itself in place of [`AttentionMethod::Auto`], for a phase of so many motor steps: whoever sees little
-    /// need not fit long.
-    pub(super) fn for_world(self, world: &dyn Environment, steps: usize) -> Self {
+    /// need not fit long. Worlds that may be used by one thread only are somebody else's: roll-outs would read all
+    /// their sensors, which may cost real time.
+    pub(super) fn for_world(self, task: &dyn Task, world: &dyn Environment, steps: usize) -> Self {
         if self != Self::Auto {
             return self;
         }
-        if world.fork().is_none() {
-            return Self::Values(ValuesMethod::default());
-        }
-        let mut method = if world.spec().horizon == 1 { Self::one_step() } else { Self::many_steps() };
+        let rolled_out = world.spec().horizon == 1 && task.is_parallel() && world.fork().is_some();
+        let mut method = if rolled_out { Self::one_step() } else { Self::Values(ValuesMethod::default()) };
         if let Self::Counterfactual(config) = &mut method {
             config.fit.batches = (steps / STEPS_PER_BATCH).clamp(FEWEST_BATCHES, config.fit.batches);
         }

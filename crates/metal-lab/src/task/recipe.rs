@@ -3,6 +3,7 @@
 use super::method::AttentionMethod;
 use crate::plan::PlanError;
 use metal_rl::counterfactual::CounterfactualConfig;
+use metal_rl::environment::Environment;
 use metal_rl::explore::Schedule;
 use metal_rl::fuse::Fuser;
 use metal_rl::learner::Rate;
@@ -125,10 +126,10 @@ impl Recipe {
         self.method.check()
     }
 
-    /// The same recipe for this world: how attention is learned follows from it, if nobody said it.
+    /// The same recipe for a task and a world of it: how attention is learned follows from them, if nobody said it.
     #[must_use]
-    pub fn for_world(mut self, world: &dyn metal_rl::environment::Environment) -> Self {
-        self.method = self.method.for_world(world, self.attention);
+    pub fn for_task(mut self, task: &dyn super::Task, world: &dyn Environment) -> Self {
+        self.method = self.method.for_world(task, world, self.attention);
         self
     }
 

@@ -225,7 +225,8 @@ impl Lesson {
                     }
                     self.own_looks(teacher, judged)
                 } else {
-                    self.any_looks(teacher.layout().slots(), max_looks)
+                    let slots = teacher.layout().slots();
+                    self.any_looks(slots, if teacher.config().fit.more_than_allowed { slots } else { max_looks })
                 }
             }
         }

@@ -226,7 +226,10 @@ impl Lesson {
                     self.own_looks(teacher, judged)
                 } else {
                     let slots = teacher.layout().slots();
-                    self.any_looks(slots, if teacher.config().fit.more_than_allowed { slots } else { max_looks })
+                    self.any_looks(
+                        slots,
+                        if teacher.config().fit.more_than_allowed { slots } else { max_looks },
+                    )
                 }
             }
         }

@@ -24,14 +24,18 @@ import time
 
 from check_report import Browser, complaints_of_console
 
-SECONDS = 150
+SECONDS = 170
 PICTURE_SECONDS = 500
 # Enough for a mind that is worth a picture.
 PICTURE_BUDGETS = ["phase.fusion.budget.episodes=300", "phase.attention.budget.episodes=900"]
 STEPS = 30
+UNDOABLE = 20
+# What is done instead of the steps that were taken back.
+AGAIN = [0, 3, 4, 1, 2] * (UNDOABLE // 5)
+BY_KEY = {0: "ArrowUp", 1: "m", 2: "s", 3: "ArrowRight", 4: "ArrowLeft"}
 DECISIONS = 100
 LEAST_CONTRAST = 4.5
-KEYS = {"ArrowUp": 38, "ArrowRight": 39, "ArrowLeft": 37, "m": 77, "s": 83, "u": 85, ".": 190}
+KEYS = {"Tab": 9, "Escape": 27, "ArrowUp": 38, "ArrowRight": 39, "ArrowLeft": 37, "m": 77, "s": 83, "u": 85, ".": 190}
 
 # Texts that are too pale for the page they stand on, by WCAG's formula.
 PALE = """(() => {
@@ -41,12 +45,21 @@ PALE = """(() => {
   const ground = e => { for (; e; e = e.parentElement) { const c = rgb(getComputedStyle(e).backgroundColor);
     if (c.length === 3 || c[3] > 0.5) return c; } return [255, 255, 255]; };
   const pale = [];
+  // A number in the decision space stands on its bar.
+  const over = e => { const bar = e.closest('td')?.querySelector('i'), below = ground(e); if (!bar) return below;
+    const [c, share] = [rgb(getComputedStyle(bar).backgroundColor), Number(getComputedStyle(bar).opacity)];
+    return below.slice(0, 3).map((v, i) => share * c[i] + (1 - share) * v); };
+  const judge = (e, front, back, least, words) => { const [a, b] = [light(front), light(back)];
+    const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (contrast < least) pale.push(`${contrast.toFixed(1)} ${e.tagName} ${words}`); };
   for (const e of document.querySelectorAll('main:not([hidden]) *, header *, footer *')) {
     const own = [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim());
-    if (!own || e.closest('svg, canvas, :disabled, .shut, .hidden') || !e.getClientRects().length) continue;
-    const [a, b] = [light(rgb(getComputedStyle(e).color)), light(ground(e))];
-    const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
-    if (contrast < LEAST) pale.push(`${contrast.toFixed(1)} ${e.tagName} ${e.textContent.trim().slice(0, 30)}`);
+    const style = getComputedStyle(e);
+    if (own && !e.closest('canvas, :disabled, .hidden, title') && e.getClientRects().length)
+      judge(e, rgb(e.closest('svg') ? style.fill : style.color), over(e), LEAST, e.textContent.trim().slice(0, 30));
+    // The edge of what can be operated is as important as a text is.
+    if (e.matches('button, select') && !e.disabled && e.getClientRects().length && parseFloat(style.borderTopWidth) > 0 && rgb(style.borderTopColor)[3] !== 0)
+      judge(e, rgb(style.borderTopColor), ground(e.parentElement), 3, 'edge');
   }
   return [...new Set(pale)].slice(0, 8);
 })()""".replace("LEAST", str(LEAST_CONTRAST))
@@ -60,8 +73,9 @@ NAMELESS = """[...document.querySelectorAll('button, select, input, canvas')].fi
 class Server:
     """A running studio."""
 
-    def __init__(self, program, folder, budgets=(), port=0):
-        command = [*program, "studio", "--out", str(folder), "--port", str(port), "--keep-token", "--seed", "3"]
+    def __init__(self, program, folder, budgets=(), port=0, extra=()):
+        command = [*program, "studio", "--port", str(port), "--seed", "3", *extra]
+        command += ["--out", str(folder), "--keep-token"] if folder else []
         command += [word for budget in budgets for word in ("--set", budget)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         line = self.process.stdout.readline()
@@ -127,6 +141,19 @@ class Page:
     def mouse(self, kind, x, y):
         self.browser.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
 
+    def drag(self, start, end):
+        """Drags with the mouse."""
+        self.mouse("mousePressed", *start)
+        for share in (0.5, 1.0):
+            self.mouse("mouseMoved", *(a + share * (b - a) for a, b in zip(start, end)))
+        self.mouse("mouseReleased", *end)
+
+    def touch(self, selector):
+        """Taps the middle of an element with a finger."""
+        x, y = self.ask(f"(b => [b.x + b.width / 2, b.y + b.height / 2])(document.querySelector({selector!r}).getBoundingClientRect())")
+        self.browser.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{"x": x, "y": y}])
+        self.browser.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
     def choose(self, select, value):
         """Chooses an option, as a person with a keyboard would."""
         self.ask(f"(e => {{ e.value = {value!r}; e.dispatchEvent(new Event('change')); return e.value; }})"
@@ -147,7 +174,7 @@ def expect(truth, what):
 
 
 def demonstrate(page, folder):
-    """Thirty steps with keys, one taken back and made again, then saved: the record is on disk."""
+    """Thirty steps with keys, twenty taken back and made again with keys, finger, gamepad: the record is on disk."""
     page.click("#demonstrate")
     page.until("document.getElementById('demonstrate').textContent.startsWith('Leave')", "the wheel is taken")
     page.ask("document.activeElement.blur()")
@@ -156,10 +183,11 @@ def demonstrate(page, folder):
     for step in range(STEPS):
         page.key(keys[step % len(keys)])
         page.until(f"{shown} === {step + 1}", f"step {step + 1} is shown", 10)
-    page.key("u")
-    page.until(f"{shown} === {STEPS - 1}", "a step is taken back")
-    page.key("ArrowUp")
-    page.until(f"{shown} === {STEPS}", "and made again")
+    for step in range(UNDOABLE):
+        page.key("u")
+        page.until(f"{shown} === {STEPS - 1 - step}", f"step {STEPS - step} is taken back")
+    expect(page.ask("document.getElementById('undo').disabled"), "no more than twenty can be taken back")
+    again(page, shown)
     expect("unlike the expert" in page.text("quality"), "quality is shown")
     page.click("#save")
     page.until("document.getElementById('saved').textContent.includes('0001.jsonl')", "the demonstration is saved")
@@ -167,10 +195,31 @@ def demonstrate(page, folder):
     header, rows = json.loads(lines[0]), [json.loads(line) for line in lines[1:]]
     acted = [row["action"] for row in rows if row.get("action") is not None]
     expect(header["environment"] == "Highway-v0" and len(header["sensors"]) == 7, "the record's header")
-    wanted = [[0, 1, 2, 4, 3][i % 5] for i in range(STEPS - 1)] + [0]
+    wanted = [[0, 1, 2, 4, 3][i % 5] for i in range(STEPS - UNDOABLE)] + AGAIN
     expect(acted == wanted, f"the record holds the keys that were pressed: {acted}")
     page.click("#demonstrate")
     page.until("document.getElementById('demonstrate').textContent.startsWith('Take')", "the wheel is left")
+
+
+def again(page, shown):
+    """The steps that were taken back, by finger, by gamepad, by keys."""
+    ways = [lambda a: page.touch(f"#pad [data-at='{a}']"), lambda a: gamepad(page, a), lambda a: page.key(BY_KEY[a])]
+    page.browser.call("Emulation.setTouchEmulationEnabled", enabled=True)
+    page.ask("document.getElementById('pad').scrollIntoView({block: 'center'})")
+    for made, action in enumerate(AGAIN):
+        ways[made % 3](action)
+        page.until(f"{shown} === {STEPS - UNDOABLE + made + 1}", f"step {made + 1} is made again", 10)
+    page.browser.call("Emulation.setTouchEmulationEnabled", enabled=False)
+    page.ask("delete navigator.getGamepads")
+
+
+def gamepad(page, action):
+    """A gamepad of which one button is pressed for a moment, or the stick is moved."""
+    button, stick = {0: (0, 0), 1: (2, 0), 2: (1, 0), 3: (-1, 1), 4: (-1, -1)}[action]
+    page.ask(f"navigator.getGamepads = () => [{{axes: [{stick}, 0], buttons: [...Array(16)].map((_, i) => ({{pressed: i === {button}}}))}}]")
+    page.until(f"document.querySelector(`#pad [data-at='{action}']`).classList.contains('down')", "the gamepad is read", 5)
+    page.ask("navigator.getGamepads = () => [{axes: [0, 0], buttons: [...Array(16)].map(() => ({pressed: false}))}]")
+    page.until("!document.querySelector('#pad .down')", "and let go", 5)
 
 
 def explore(page):
@@ -179,10 +228,11 @@ def explore(page):
     page.until("document.querySelector('#scenes li:nth-child(4) button').getAttribute('aria-pressed') === 'true'",
                "the situation is open")
     expect("paper MN MF IR" in page.text("scenes"), "the paper's looks stand beside ours")
-    page.ask("document.querySelector('#faults select').focus()")
-    page.ask("(s => { s.value = 'blind'; s.dispatchEvent(new Event('change')); })(document.querySelector('#faults select'))")
-    page.until("document.querySelector('#faults select').value === 'blind'", "the sensor is blind")
-    page.ask("(s => { s.value = 'fine'; s.dispatchEvent(new Event('change')); })(document.querySelector('#faults select'))")
+    expect(page.ask("document.querySelectorAll('#scenes button').length") == 6, "all six situations")
+    for fault in ("blind", "noisy", "off", "fine"):
+        page.ask(f"(s => {{ s.value = '{fault}'; s.dispatchEvent(new Event('change')); }})(document.querySelector('#faults select'))")
+        page.until(f"document.querySelector('#faults label').classList.contains('broken') === {str(fault != 'fine').lower()}",
+                   f"the sensor is {fault}")
     box = page.ask("(b => [b.x, b.y, b.width, b.height])(document.querySelector('.lane canvas').getBoundingClientRect())")
     before = page.ask("document.getElementById('facts').textContent")
     expect(before.startswith("would"), "a situation is looked at, not driven on")
@@ -191,13 +241,60 @@ def explore(page):
         page.browser.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowUp", windowsVirtualKeyCode=38, modifiers=8)
     page.until("document.querySelector('#scenes [aria-pressed=true]') === null", "the car was moved by keys")
     expect(box[2] > 200 and box[3] > 200, "the road has room")
+    page.ask("scrollTo(0, 0)")
+    for body in (0, 1):
+        start = page.ask(f"studio.where({body})")
+        end = [start[0] - 40, start[1] + 25]
+        page.drag(start, end)
+        page.until(f"(p => Math.hypot(p[0] - {end[0]}, p[1] - {end[1]}) < 4)(studio.where({body}))", f"car {body} was dragged")
+
+
+def operable(page):
+    """With the Tab key alone one comes to every control and sees where one is; whoever wants no motion gets none."""
+    page.ask("(scrollTo(0, 0), document.activeElement.blur())")
+    controls = """[...document.querySelectorAll('button, select, input, canvas[tabindex]')].filter(e =>
+      e.getClientRects().length && !e.disabled && e.tabIndex >= 0)"""
+    page.ask("window.reached = new Set(), window.unseen = []")
+    for _ in range(page.ask(f"{controls}.length") + 3):
+        page.key("Tab")
+        page.ask("""(e => { reached.add(e); const s = getComputedStyle(e);
+          if (e !== document.body && (s.outlineStyle === 'none' || parseFloat(s.outlineWidth) < 2)) unseen.push(e.id || e.textContent); })
+          (document.activeElement)""")
+    missed = page.ask(f"{controls}.filter(e => !reached.has(e)).map(e => e.id || e.textContent || e.outerHTML.slice(0, 60))")
+    expect(not missed, f"the Tab key does not come to {missed}")
+    expect(not page.ask("unseen"), f"focus cannot be seen on {page.ask('unseen')}")
+    page.ask("document.activeElement.blur()")
+    page.scheme("light", "reduce")
+    before = page.ask("[studio.stats.frames, studio.where(0)]")
+    page.key(".")
+    page.until(f"studio.stats.frames > {before[0]}", "a step without motion")
+    jumped = page.ask("studio.where(0)")
+    expect(jumped != before[1] and jumped == page.ask("new Promise(done => setTimeout(() => done(studio.where(0)), 120))"),
+           "the car is at once where it goes")
+    page.scheme("light")
+
+
+def pace(page):
+    """What reaches the page each second while it watches a run, and how often the browser draws."""
+    return page.ask("""new Promise(done => { const from = {...studio.stats}, start = performance.now(); let drawn = 0;
+      const count = () => { drawn += 1; const secs = (performance.now() - start) / 1000;
+        if (secs < 3) requestAnimationFrame(count);
+        else done([(studio.stats.frames - from.frames) / secs, (studio.stats.bytes - from.bytes) / secs / 1000, drawn / secs]); };
+      requestAnimationFrame(count); })""")
+
+
+def speeds(page):
+    """Every speed can be chosen, and the studio goes by it."""
+    for value in ("0.25", "0.5", "1", "2", "4", "8", "0", "16"):
+        page.choose("speed", value)
+        page.until(f"studio.status().times === {value}", f"speed {value}")
 
 
 def timeline(page):
     """Pause, scrub back, see an older decision, and come back."""
     page.ask("document.activeElement.blur()")
     page.choose("driver", "0")
-    page.choose("speed", "16")
+    speeds(page)
     if page.ask("document.querySelector('#run .word').textContent === 'Run'"):
         page.click("#run")
     last = page.ask("Number(document.getElementById('scrub').value)")
@@ -234,12 +331,14 @@ def train(page):
     page.until(f"studio.stats.frames >= {start} + {DECISIONS}", f"{DECISIONS} decisions of a run are watched", 60)
     expect(page.ask("studio.stats.drops") == drops, "without a dropped connection")
     expect("learning" in page.ask("document.querySelector('.lane .name').textContent"), "the stage shows the run")
+    told = pace(page)
     page.click("#tab-curves")
     page.click("#hold")
     page.until("document.getElementById('training-note').textContent.startsWith('paused')", "the run is held")
     page.until("document.querySelectorAll('#charts svg.chart').length >= 5", "curves are drawn")
     page.click("#hold")
     page.until("document.getElementById('training-note').textContent.startsWith('running')", "the run goes on")
+    return told
 
 
 def stop_training(page):
@@ -434,6 +533,82 @@ def photograph(page, pictures):
             page.shoot(pictures / f"studio-{tab}-{scheme}.png")
 
 
+# A mind with next to no training, enough to drive a body.
+DRIVER = """
+title = "A driver for tests"
+[environment.highway_scripted]
+horizon = 10
+[learner.tiny.mlp]
+[member.MN]
+sensors = ["MN"]
+learner = "tiny"
+[member.IR]
+sensors = ["IR"]
+learner = "tiny"
+[phase.demonstration]
+roster = ["MN", "IR"]
+acting = "advisor"
+sensing = "everyone"
+rate = "full"
+budget = { steps = 60 }
+[policy.oracle]
+acting = "advisor"
+[policy.blind]
+acting = "blind"
+[policy.near]
+after = "demonstration"
+roster = ["MN"]
+acting = { solo = "MN" }
+[evaluation]
+runs = 1
+"""
+
+
+def watch_body(page, server, program, scratch):
+    """A trained mind drives a body that `metal serve` plays: it stands, goes, is held, and is stopped by one key."""
+    (scratch / "driver.toml").write_text(DRIVER)
+    subprocess.run([*program, "run", str(scratch / "driver.toml"), "--out", str(scratch / "driver"), "--seeds", "1"],
+                   check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    decisions = 0
+    for body, more in (("webots", ["--road-seed", "1"]), ("epuck2", [])):
+        played = subprocess.Popen([*program, "serve", body, "--bind", "127.0.0.1:0"], stdout=subprocess.PIPE, text=True)
+        try:
+            address = played.stdout.readline().strip().removeprefix("listening at ")
+            arguments = ["--run", str(scratch / "driver"), "--robot", f"{body}://{address}", *more]
+            studio = Server(program, None, extra=arguments)
+            try:
+                decisions += drive_body(page, studio, bool(more))
+            finally:
+                studio.end()
+        finally:
+            played.kill()
+            played.wait(20)
+    return decisions
+
+
+def drive_body(page, studio, supervised):
+    page.browser.call("Page.navigate", url=studio.url)
+    page.until("window.studio?.stats.frames > 0 && document.body.dataset.view === 'body'", "the body is on the stage")
+    expect(page.ask("document.querySelector('#run .word').textContent") == "Run", "it stands until somebody lets it go")
+    expect(page.text("facts").startswith("would"), "what it would do is shown")
+    hidden = page.ask("[...document.querySelectorAll('.no-body')].every(e => !e.getClientRects().length)")
+    expect(hidden, "nobody can steer it from the page")
+    page.ask("studio.ask('place', {body: 0, x: 0, y: 0})")
+    page.until("document.getElementById('notice').textContent.includes('only watched')", "not even by hand")
+    page.click("#run")
+    page.until("studio.stats.frames >= 6", "it drives", 30)
+    expect("link" in page.text("facts"), "what a step costs on the link is shown")
+    expect(page.ask("studio.where(0) !== null") == supervised, "from above, if somebody knows where it is")
+    page.click("#run")
+    page.until("document.querySelector('#run .word').textContent === 'Run'", "it is held")
+    page.ask("document.activeElement.blur()")
+    page.key("Escape")
+    page.until("document.getElementById('brake').disabled", "and stopped for good by one key")
+    page.key(".")
+    page.until("document.getElementById('notice').textContent.includes('emergency stop')", "nothing moves it any more")
+    return page.ask("studio.stats.frames")
+
+
 def give_up(_signal, _frame):
     raise TimeoutError(f"the studio was not done after {SECONDS} s")
 
@@ -459,9 +634,10 @@ def main():
             photograph(page, arguments.screenshots)
             return 0
         for part in (lambda: demonstrate(page, folder), lambda: explore(page), lambda: timeline(page),
-                     lambda: compare(page), lambda: share(page, server),
-                     lambda: page.click("#clip"), lambda: train(page)):
+                     lambda: compare(page), lambda: operable(page), lambda: share(page, server)):
             part()
+        page.click("#clip")
+        told = train(page)
         for scheme in ("light", "dark"):
             look_closely(page, scheme)
         page.click("#tab-curves")
@@ -473,8 +649,10 @@ def main():
         browser.events.clear()
         server = lose_and_find(page, server, program, folder)
         attacks = attack(server)
-        print(f"studio: {STEPS} steps shown, {DECISIONS} decisions watched, {attacks} attacks, "
-              f"{time.monotonic() - started:.0f} s")
+        looks = watch_body(page, server, program, scratch)
+        print(f"studio: {STEPS} steps shown, {DECISIONS} decisions watched, {attacks} attacks, a body watched for {looks} "
+              f"decisions, {time.monotonic() - started:.0f} s")
+        print("studio: the page got {:.1f} frames/s and {:.0f} kB/s and drew {:.0f} times a second".format(*told))
     finally:
         browser.close()
         server.end()

@@ -1,6 +1,6 @@
 //! What can be typed.
 
-use crate::robots;
+use crate::{robots, transfer};
 use clap::{Args, Parser, Subcommand};
 use metal_lab::checkpoint::Start;
 use metal_lab::store::MOST_SEEDS;
@@ -30,6 +30,9 @@ pub enum Command {
     /// Test trained minds again, on any road, also one nobody has seen
     #[command(after_help = EVAL)]
     Eval(Eval),
+    /// Send trained minds to another road, eye and body, with a few demonstrations there (Sec. 5, Fig. 11)
+    #[command(after_help = transfer::EXAMPLES)]
+    Transfer(transfer::Request),
     /// Watch a mind learn and attend in a browser, drive yourself, demonstrate
     #[command(after_help = STUDIO)]
     Studio(Studio),
@@ -39,6 +42,9 @@ pub enum Command {
     /// The same for a table: classification with columns that cost
     #[command(after_help = TABULAR)]
     Tabular(Tabular),
+    /// Break sensors and change the world: what it costs every policy, and whether a mind that learns on copes
+    #[command(after_help = FAULTS)]
+    Faults(crate::faults::Broken),
     /// Largest probability of aliasing in the decision space (Sec. 6.1, Eqs 22-26, Table 3)
     #[command(after_help = ALIASING)]
     Aliasing(Aliasing),
@@ -46,7 +52,7 @@ pub enum Command {
     #[command(after_help = robots::SERVE)]
     Serve(robots::Serve),
     /// Check a robot: link, firmware, sensors, camera. The wheels do not turn
-    Doctor(robots::Robot),
+    Doctor(robots::Found),
     /// Learn a robot's colours and infra-red levels from a few frames, and write them to a file
     Calibrate(robots::Calibrate),
     /// Write the highway as a world for Webots: road texture, cars, world file
@@ -95,6 +101,17 @@ plan.toml (the experiment as it was run), run.json and the trained minds. The sa
 same numbers on any number of threads. Until the run is finished, every finished piece of it is in
 checkpoint/, and --resume goes on from there.";
 
+const FAULTS: &str = "\
+Examples:
+  metal faults                                       the paper's policies, every fault, 5 trainings
+  metal faults --fault nan dead --rate 0.5 1         two faults at two rates
+  metal faults experiments/paper.toml --policy acl_decision foa --out runs/faults
+
+The folder gets faults.json, faults.md (the tables) and drawings. Faults are data in an experiment, too:
+  [environment.faulty]
+  world = { highway = { scenario = \"mix\" } }
+  faults = { fault = { noisy = 0.15 }, rate = 0.25, sensors = [\"MN\", \"IR\"] }";
+
 const RUN: &str = "\
 Examples:
   metal run experiments/toy.toml
@@ -118,6 +135,7 @@ Examples:
   metal studio --open                        the paper's experiment: watch, demonstrate, train
   metal studio --run runs/reproduce          the trained minds of a run
   metal studio --experiment my.toml --out runs/mine
+  metal studio --run runs/reproduce --robot epuck2://192.168.1.10
   ssh -L 8471:localhost:8471 robot metal studio --port 8471
 
 Prints an address with a secret token; open it in any browser. What is demonstrated or learned goes
@@ -260,6 +278,15 @@ pub struct Studio {
     /// Override a field of the experiment, as in `metal run`; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", conflicts_with = "run")]
     pub set: Vec<String>,
+    /// Watch a body that the run's minds drive: epuck:///dev/rfcomm0, epuck2://HOST:PORT or webots://HOST:PORT/NAME
+    #[arg(long, value_name = "ADDRESS", requires = "run")]
+    pub robot: Option<metal_robots::Address>,
+    /// A file that `metal calibrate` wrote
+    #[arg(long, value_name = "FILE", requires = "robot")]
+    pub calibration: Option<PathBuf>,
+    /// The body is on the road grown from this seed, and a supervisor may place and judge it
+    #[arg(long, value_name = "N", requires = "robot")]
+    pub road_seed: Option<u64>,
     /// Port (0: one that is free)
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub port: u16,

@@ -2,7 +2,7 @@
 
 use crate::args::{Aliasing, Arguments, Command, Comparing, Eval, Keeping, Reproduce, Run, Studio, Training};
 use crate::bar::{Bar, INTERRUPTED};
-use crate::{robots, table};
+use crate::{robots, table, transfer};
 use anyhow::{Context, bail, ensure};
 use clap::CommandFactory;
 use metal_lab::bench::{self, BenchOptions};
@@ -15,6 +15,7 @@ use metal_lab::results::Results;
 use metal_lab::store::Store;
 use metal_lab::task::{NamedTask, Prices, Recipe, TableTask, Task};
 use metal_lab::{catalogue, experiments, finish, reevaluate, traffic};
+use metal_robots::Emergency;
 use metal_studio::server;
 use metal_studio::subject::Subject;
 use std::io::Write;
@@ -34,6 +35,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             learn(taught_by(plan, demonstrations.as_deref())?, &training, &out)
         }
         Command::Eval(eval) => evaluate(&eval),
+        Command::Transfer(request) => transfer::run(&request),
         Command::Studio(studio) => open_studio(&studio),
         Command::Bench(request) => {
             compare(&NamedTask::with(&request.task, &request.settings)?, &request.comparing)
@@ -42,6 +44,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             let prices = request.prices.as_deref().map(read_prices).transpose()?.unwrap_or_default();
             compare(&TableTask::from_csv(&request.file, &request.target, &prices)?, &request.comparing)
         }
+        Command::Faults(request) => crate::faults::run(&request),
         Command::Aliasing(aliasing) => bound(&aliasing),
         Command::Serve(request) => robots::serve(&request),
         Command::Doctor(request) => robots::examine(&request),
@@ -73,12 +76,12 @@ pub fn keep_clear(path: &Path, force: bool) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn say_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
+pub fn say_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     say(&format!("{}\n", serde_json::to_string_pretty(value)?))
 }
 
 /// Ctrl-C asks politely first: episodes and tests that run are finished, then everything stops.
-fn listen_to_ctrl_c() -> anyhow::Result<()> {
+pub fn listen_to_ctrl_c() -> anyhow::Result<()> {
     ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
@@ -89,12 +92,12 @@ fn listen_to_ctrl_c() -> anyhow::Result<()> {
 }
 
 /// The command as it was typed, for the report.
-fn typed() -> String {
+pub fn typed() -> String {
     let words: Vec<String> = std::env::args().skip(1).collect();
     format!("metal {}", words.join(" "))
 }
 
-fn use_threads(threads: u16) -> anyhow::Result<()> {
+pub fn use_threads(threads: u16) -> anyhow::Result<()> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.into())
         .build_global()
@@ -163,11 +166,13 @@ fn taught_by(plan: Plan, demonstrations: Option<&Path>) -> anyhow::Result<Plan> 
 }
 
 fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
-    let subject = match (&wishes.run, &wishes.experiment) {
+    let mut subject = match (&wishes.run, &wishes.experiment) {
         (Some(folder), _) => Subject::run(folder)?,
         (None, Some(file)) => Subject::experiment(plan::load(file, &wishes.set)?, &wishes.out)?,
         (None, None) => Subject::experiment(plan::parse(experiments::PAPER, &wishes.set)?, &wishes.out)?,
     };
+    subject.robot = robots::watched(wishes)?;
+    let emergency = subject.robot.as_ref().map(|robot| robot.emergency.clone());
     let options = server::Options {
         address: wishes.bind,
         port: wishes.port,
@@ -183,7 +188,13 @@ fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
         );
     }
     say(&format!("studio: {}\n", studio.url()))?;
-    ctrlc::set_handler(studio.quitter()).context("cannot listen to Ctrl-C")?;
+    let quit = studio.quitter();
+    ctrlc::set_handler(move || {
+        // The wheels first: the stage may be in the middle of a step.
+        emergency.iter().for_each(Emergency::press);
+        quit();
+    })
+    .context("cannot listen to Ctrl-C")?;
     if wishes.open {
         show(&studio.url())?;
     }

@@ -5,8 +5,10 @@
 mod args;
 mod bar;
 mod commands;
+mod faults;
 mod robots;
 mod table;
+mod transfer;
 
 use clap::Parser;
 

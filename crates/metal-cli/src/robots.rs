@@ -1,5 +1,6 @@
 //! `metal serve`, `metal doctor`, `metal calibrate` and `metal drive`: bodies other than the simulated ones.
 
+use crate::args::Studio;
 use crate::commands::{keep_clear, say};
 use anyhow::{Context, bail, ensure};
 use clap::{Args, Subcommand, ValueEnum};
@@ -18,6 +19,7 @@ use metal_robots::{
     Address, Body, Calibration, Emergency, Guard, Limits, Picture, RobotConfig, RobotEnvironment, doctor,
     serve,
 };
+use metal_studio::robot::Robot;
 use metal_worlds::highway::camera::Window;
 use metal_worlds::highway::{Ground, HighwayConfig, RgbConfig, RoadSet, Scenario};
 use std::net::TcpListener;
@@ -100,7 +102,7 @@ enum Cars {
 
 /// A body and its calibration.
 #[derive(Debug, Args)]
-pub struct Robot {
+pub struct Found {
     /// epuck:///dev/rfcomm0, epuck2://HOST:PORT or webots://HOST:PORT/NAME (port and name may be left out)
     #[arg(long, value_name = "ADDRESS")]
     robot: Address,
@@ -133,7 +135,7 @@ pub struct Calibrate {
 #[derive(Debug, Args)]
 pub struct Drive {
     #[command(flatten)]
-    robot: Robot,
+    robot: Found,
     /// A folder that `metal reproduce` or `metal run` wrote
     #[arg(long)]
     run: PathBuf,
@@ -251,7 +253,7 @@ fn calibration(file: Option<&Path>, body: &dyn Body) -> anyhow::Result<Calibrati
     Calibration::from_toml(&text).with_context(|| file.display().to_string())
 }
 
-pub fn examine(request: &Robot) -> anyhow::Result<()> {
+pub fn examine(request: &Found) -> anyhow::Result<()> {
     let mut body = request.robot.connect(Patience::default())?;
     let calibration = calibration(request.calibration.as_deref(), body.as_ref())?;
     let checks = doctor::examine(body.as_mut(), &calibration);
@@ -378,14 +380,43 @@ pub fn replay(request: &Replayed) -> anyhow::Result<()> {
 }
 
 fn body(request: &Drive) -> anyhow::Result<RobotEnvironment> {
-    let emergency = emergency()?;
-    let body = request.robot.robot.connect(Patience::default())?;
-    let calibration = calibration(request.robot.calibration.as_deref(), body.as_ref())?;
+    let body = Wanted {
+        robot: &request.robot.robot,
+        calibration: request.robot.calibration.as_deref(),
+        road_seed: request.road_seed,
+        steps: request.steps,
+    };
+    guarded(&body, emergency()?)
+}
+
+/// Motor steps of an episode that the studio watches, as in `metal drive`.
+const STUDIO_STEPS: u32 = 50;
+
+/// The body that `metal studio` watches, if it was asked to. The emergency stop is the page's and that of Ctrl-C.
+pub fn watched(request: &Studio) -> anyhow::Result<Option<Robot>> {
+    let Some(robot) = &request.robot else { return Ok(None) };
+    let calibration = request.calibration.as_deref();
+    let body = Wanted { robot, calibration, road_seed: request.road_seed, steps: STUDIO_STEPS };
+    let emergency = Emergency::default();
+    Ok(Some(Robot { environment: guarded(&body, emergency.clone())?, emergency }))
+}
+
+/// A body and how it is used.
+struct Wanted<'a> {
+    robot: &'a Address,
+    calibration: Option<&'a Path>,
+    road_seed: Option<u64>,
+    steps: u32,
+}
+
+fn guarded(wanted: &Wanted<'_>, emergency: Emergency) -> anyhow::Result<RobotEnvironment> {
+    let body = wanted.robot.connect(Patience::default())?;
+    let calibration = calibration(wanted.calibration, body.as_ref())?;
     let guard = Guard::new(body, Limits::default(), emergency)?;
-    let grounds = request.road_seed.map(ground);
-    let roads = RoadSet::Seeds(vec![request.road_seed.unwrap_or(1)]);
+    let grounds = wanted.road_seed.map(ground);
+    let roads = RoadSet::Seeds(vec![wanted.road_seed.unwrap_or(1)]);
     let highway =
-        HighwayConfig { horizon: request.steps as usize, ..HighwayConfig::new(roads, Scenario::Mix) };
+        HighwayConfig { horizon: wanted.steps as usize, ..HighwayConfig::new(roads, Scenario::Mix) };
     Ok(RobotEnvironment::new(guard, RobotConfig { highway, calibration, grounds })?)
 }
 

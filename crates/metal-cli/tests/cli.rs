@@ -80,6 +80,8 @@ fn help_texts_teach() {
         "replay",
         "bench",
         "tabular",
+        "transfer",
+        "faults",
     ];
     expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
     for command in commands {

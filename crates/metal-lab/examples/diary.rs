@@ -3,14 +3,18 @@
 //! `cargo run --release -p metal-lab --example diary -- experiments/attention.toml 1 adaptive MF+RF/2`
 //!
 //! The seed is followed by whom to teach: `adaptive`, or the sensors to look at, with `/k` at every k-th motor step only.
-//! Costs are those on validation roads.
+//! Costs are those on validation roads, and so is the anatomy of the best student that follows: what it pays for, and
+//! when it looks.
 #![allow(clippy::print_stdout)]
 #![expect(clippy::print_stdout, reason = "a program that prints")]
 
+use metal_lab::evaluate::{Candidate, Course, watch};
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;
+use metal_lab::registry::Roads;
 use metal_lab::reproduce::subsets::{Rival, train_subset};
 use metal_lab::train::{Trained, train_seed};
+use metal_rl::observe::{Observer, Step};
 use metal_rl::random::Streams;
 use metal_rl::set::IndexSet;
 use std::error::Error;
@@ -24,19 +28,26 @@ fn main() -> Result<(), Box<dyn Error>> {
     let plan = plan::load(Path::new(&file), &settings)?;
     for pupil in pupils {
         println!("{pupil}, seed {seed}");
-        print(&taught(&plan, &pupil, &Streams::new(seed))?);
+        teach(&plan, &pupil, &Streams::new(seed))?;
     }
     Ok(())
 }
 
-fn taught(plan: &Plan, pupil: &str, streams: &Streams) -> Result<Trained, Box<dyn Error>> {
+/// Teaches `pupil`, and shows its diary and its anatomy.
+fn teach(plan: &Plan, pupil: &str, streams: &Streams) -> Result<(), Box<dyn Error>> {
     if pupil == "adaptive" {
         let mut trained = train_seed(plan, streams, &Silent)?;
-        return Ok(trained.remove("attention").ok_or("the file has no phase `attention`")?);
+        let trained = trained.remove("attention").ok_or("the file has no phase `attention`")?;
+        print(&trained);
+        let phase = &plan.file.phase["attention"];
+        let roster = plan.roster(&phase.roster);
+        let candidate = Candidate { plan, mind: &trained.mind, acting: &phase.acting, roster, blind: 0 };
+        return dissect(&candidate, streams);
     }
     let rows = plan.file.subsets.as_ref().ok_or("the file has no [subsets]")?;
-    let rival = rival(plan, pupil)?;
-    Ok(train_subset(plan, rows, (rival, 1.0), streams, &Silent)?.trained)
+    let subset = train_subset(plan, rows, (rival(plan, pupil)?, 1.0), streams, &Silent)?;
+    print(&subset.trained);
+    dissect(&subset.candidate(), streams)
 }
 
 /// `MF+RF/2`: the sensors MF and RF at every second motor step.
@@ -61,5 +72,105 @@ fn print(trained: &Trained) {
     let best = trained.diary.iter().max_by(|a, b| a.total.total_cmp(&b.total));
     if let Some(best) = best {
         println!("best: {:.2} (motor {:.2}, {:.2} looks)", best.total, best.motor, best.looks);
+    }
+}
+
+/// Runs in which a student is dissected.
+const RUNS: usize = 300;
+/// Steps since the last look that are told apart; all later ones are one.
+const AGES: usize = 6;
+/// Gaps to the nearest car that are told apart, in metres; what is farther is one.
+const GAPS_M: [f64; 4] = [0.1, 0.25, 0.5, 1.0];
+
+fn dissect(candidate: &Candidate<'_>, streams: &Streams) -> Result<(), Box<dyn Error>> {
+    let measures = &candidate.plan.spec.measures;
+    let column = |name: &str| measures.iter().position(|m| m == name);
+    let mut anatomy = Anatomy {
+        kinds: ["cost_accident", "cost_road", "cost_lane", "cost_smooth"].map(column),
+        gap: column("gap_m"),
+        ..Anatomy::default()
+    };
+    let course = Course { scenario: "mix".to_owned(), roads: Roads::Validation, runs: RUNS };
+    watch(candidate, &course, &streams.child("anatomy"), &mut anatomy)?;
+    anatomy.print();
+    Ok(())
+}
+
+/// Steps, looks and cost of some class of moments.
+#[derive(Clone, Copy, Default)]
+struct Class {
+    steps: f64,
+    looks: f64,
+    cost: f64,
+}
+
+impl Class {
+    fn add(&mut self, step: &Step<'_>) {
+        self.steps += 1.0;
+        self.looks += step.percept.read().len() as f64;
+        self.cost -= step.motor_reward;
+    }
+
+    fn print(&self, name: &str, all: f64) {
+        let per = |sum: f64| sum / self.steps.max(1.0);
+        let share = self.steps / all.max(1.0);
+        println!(
+            "  {name:12} {share:6.3} of steps, {:5.2} looks, cost {:6.2}",
+            per(self.looks),
+            per(self.cost)
+        );
+    }
+}
+
+/// What a driver pays for, and when it looks.
+#[derive(Default)]
+struct Anatomy {
+    kinds: [Option<usize>; 4],
+    gap: Option<usize>,
+    costs: [f64; 4],
+    all: Class,
+    ages: [Class; AGES],
+    gaps: [Class; GAPS_M.len() + 1],
+    seen: Vec<f64>,
+    age: usize,
+    last_gap: f64,
+}
+
+impl Observer for Anatomy {
+    fn on_step(&mut self, step: &Step<'_>) {
+        if step.index == 0 {
+            (self.age, self.last_gap) = (AGES - 1, f64::INFINITY);
+        }
+        for (sum, column) in self.costs.iter_mut().zip(self.kinds) {
+            *sum += column.map_or(0.0, |c| step.measures[c]);
+        }
+        let read = step.percept.read();
+        self.age = if read.is_empty() { (self.age + 1).min(AGES - 1) } else { 0 };
+        for sensor in read.iter() {
+            self.seen.resize(self.seen.len().max(sensor + 1), 0.0);
+            self.seen[sensor] += 1.0;
+        }
+        self.all.add(step);
+        self.ages[self.age].add(step);
+        let bucket = GAPS_M.iter().position(|&gap| self.last_gap < gap).unwrap_or(GAPS_M.len());
+        self.gaps[bucket].add(step);
+        self.last_gap = self.gap.map_or(f64::INFINITY, |c| step.measures[c]);
+    }
+}
+
+impl Anatomy {
+    fn print(&self) {
+        let n = self.all.steps.max(1.0);
+        let [accident, road, lane, smooth] = self.costs.map(|cost| cost / n);
+        println!("  accident {accident:.2}, road {road:.2}, lane {lane:.2}, smooth {smooth:.2}");
+        self.all.print("all", n);
+        for (age, class) in self.ages.iter().enumerate() {
+            class.print(&format!("unseen {age}"), n);
+        }
+        for (i, class) in self.gaps.iter().enumerate() {
+            class.print(&GAPS_M.get(i).map_or("far".to_owned(), |gap| format!("gap < {gap}")), n);
+        }
+        let seen: Vec<String> = self.seen.iter().map(|looks| format!("{:.2}", looks / n)).collect();
+        println!("  looks per sensor: {}", seen.join(" "));
     }
 }

@@ -9,11 +9,17 @@ const ENTRIES: &[(&str, &str, &str)] = &[
         "highway",
         "Highway-v0: the miniature two-lane highway of the paper, seven priced sensors",
     ),
+    (
+        "environment",
+        "miniature",
+        "Miniature-v0: another road with red objects that stand, another renderer and body (Sec. 5)",
+    ),
     ("environment", "maze", "Maze-v0: the n x n maze of Eq. (14), two sensors, X and Y"),
     ("environment", "puddle", "Puddle-v0: the usual proving ground of continuous reinforcement learning"),
     ("environment", "toy", "Toy-v0: seven experts and one move; the optimum is known exactly"),
     ("environment", "cube", "Cube-v0: classification with 20 features that cost"),
     ("environment", "cube_nm", "CubeNM-v0: the same in five contexts; which one, must be bought, too"),
+    ("environment", "faulty", "any of these behind sensors that fail (`faults`), e.g. { dead, rate = 0.25 }"),
     (
         "learner",
         "absp",
@@ -48,6 +54,11 @@ const ENTRIES: &[(&str, &str, &str)] = &[
         "experiment",
         "experiments/attention.toml",
         "attention against the best fixed choice of sensors, all by counterfactual policy iteration",
+    ),
+    (
+        "experiment",
+        "experiments/transfer.toml",
+        "trained minds on another road, through another eye and body (`metal transfer`)",
     ),
     ("experiment", "experiments/toy.toml", "attention control against its exact optimum"),
 ];

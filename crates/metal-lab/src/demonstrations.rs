@@ -158,12 +158,21 @@ impl Demonstrations {
     /// # Errors
     /// If the file cannot be read, a line is not what it should be, or the set belongs to another world.
     pub fn read(path: &Path, spec: &EnvironmentSpec) -> Result<Self, DemonstrationError> {
+        let unreadable =
+            |e: std::io::Error| DemonstrationError { path: path.into(), line: None, reason: e.to_string() };
+        Self::parse(&std::fs::read_to_string(path).map_err(unreadable)?, path, spec)
+    }
+
+    /// As [`Self::read`], from the text of the file; `path` is only named in what is said about it.
+    ///
+    /// # Errors
+    /// If a line is not what it should be, or the set belongs to another world.
+    pub fn parse(text: &str, path: &Path, spec: &EnvironmentSpec) -> Result<Self, DemonstrationError> {
         let blame = |line: Option<usize>, reason: String| DemonstrationError {
             path: path.to_path_buf(),
             line,
             reason,
         };
-        let text = std::fs::read_to_string(path).map_err(|e| blame(None, e.to_string()))?;
         let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let (_, first) = lines.next().ok_or_else(|| blame(None, "empty".to_owned()))?;
         let header: Header = serde_json::from_str(first).map_err(|e| blame(Some(1), e.to_string()))?;

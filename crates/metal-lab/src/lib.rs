@@ -13,6 +13,7 @@ pub mod experiments;
 pub mod demonstrations;
 pub mod drives;
 pub mod evaluate;
+pub mod faults;
 pub mod finish;
 pub mod mind;
 pub mod reevaluate;
@@ -20,6 +21,7 @@ pub mod reproduce;
 mod teach;
 pub mod trace;
 pub mod train;
+pub mod transfer;
 pub mod watched;
 
 pub mod figures;

@@ -2,8 +2,13 @@
 
 use crate::traffic;
 use metal_rl::environment::Environment;
-use metal_worlds::highway::{Ground, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Steering};
+use metal_worlds::faulty::{Faults, Faulty};
+use metal_worlds::highway::classify::ColourThresholds;
+use metal_worlds::highway::{
+    Ground, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Steering, Task,
+};
 use metal_worlds::maze::{Maze, MazeConfig};
+use metal_worlds::miniature::{self, Eye, MOST_OBSTACLES, Miniature, MiniatureConfig, Wheels};
 use metal_worlds::puddle::{Puddle, PuddleConfig};
 use metal_worlds::tabular::{CubeConfig, CubeNmConfig, Data, Tabular, Verdict, cube, cube_nm};
 use metal_worlds::toy::Toy;
@@ -21,6 +26,8 @@ pub enum EnvironmentConfig {
     Highway(HighwayConfig),
     /// The same among scripted cars, where the traffic of `Highway-v0` learned to drive.
     HighwayScripted(HighwayConfig),
+    /// The road of Sec. 5: another shape, red objects that stand, another renderer and another body (`Miniature-v0`).
+    Miniature(MiniatureConfig),
     /// The maze of Eq. (14) with its two tiny agents, X and Y.
     Maze(MazeConfig),
     /// Puddle world: the usual proving ground of continuous reinforcement learning.
@@ -31,6 +38,18 @@ pub enum EnvironmentConfig {
     Cube(CubeConfig),
     /// CUBE-NM: the same in five contexts, which must be bought, too (`CubeNM-v0`).
     CubeNm(CubeNmConfig),
+    /// Any of these behind sensors that fail.
+    Faulty(FaultyConfig),
+}
+
+/// A world and what is wrong with its sensors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FaultyConfig {
+    /// The world behind the sensors.
+    pub world: Box<EnvironmentConfig>,
+    /// What is wrong.
+    pub faults: Faults,
 }
 
 /// A world without settings.
@@ -64,11 +83,16 @@ impl EnvironmentConfig {
         Ok(match self {
             Self::Highway(config) => Box::new(highway(config, traffic::steering())),
             Self::HighwayScripted(config) => Box::new(highway(config, Steering::Scripted)),
+            Self::Miniature(config) => Box::new(miniature(config)),
             Self::Maze(config) => Box::new(Maze::new(config.clone()).map_err(|e| refuse("maze", e))?),
             Self::Puddle(config) => Box::new(Puddle::new(config)),
             Self::Toy(_) => Box::new(Toy::new()),
             Self::Cube(config) => Box::new(table(cube(config))),
             Self::CubeNm(config) => Box::new(table(cube_nm(config))),
+            Self::Faulty(config) => {
+                let broken = Faulty::new(config.world.build()?, config.faults.clone());
+                Box::new(broken.map_err(|e| refuse(format!("faulty.faults.{}", e.field), e.message))?)
+            }
         })
     }
 
@@ -77,6 +101,7 @@ impl EnvironmentConfig {
         match self {
             Self::Highway(config) => check_highway("highway", config),
             Self::HighwayScripted(config) => check_highway("highway_scripted", config),
+            Self::Miniature(config) => check_miniature("miniature", config),
             Self::Maze(config) if config.side > 1000 => {
                 Err(refuse("maze.side", format!("{}: at most 1000", config.side)))
             }
@@ -94,7 +119,12 @@ impl EnvironmentConfig {
                 }
                 Err(refuse("cube_nm.contexts", format!("{}: 2 to 5", c.contexts)))
             }
-            Self::Maze(_) | Self::Toy(_) => Ok(()),
+            // Its world is checked when it is built, and must not be another one of its kind: files nest as deep as
+            // somebody types.
+            Self::Faulty(config) if matches!(*config.world, Self::Faulty(_)) => {
+                Err(refuse("faulty.world", "faulty: faults of faults are not to be had"))
+            }
+            Self::Maze(_) | Self::Toy(_) | Self::Faulty(_) => Ok(()),
         }
     }
 
@@ -105,6 +135,7 @@ impl EnvironmentConfig {
             Self::Highway(_) | Self::HighwayScripted(_) => {
                 Scenario::ALL.iter().map(|s| s.name().to_owned()).collect()
             }
+            Self::Faulty(config) => config.world.scenarios(),
             _ => vec![ONLY.to_owned()],
         }
     }
@@ -114,20 +145,37 @@ impl EnvironmentConfig {
     pub fn training_scenario(&self) -> String {
         match self {
             Self::Highway(config) | Self::HighwayScripted(config) => config.scenario.name().to_owned(),
+            Self::Faulty(config) => config.world.training_scenario(),
             _ => ONLY.to_owned(),
         }
     }
 
     /// Switches the scenario, where there are several and `name` is one of them.
     pub fn set_scenario(&mut self, name: &str) {
+        if let Self::Faulty(config) = self {
+            return config.world.set_scenario(name);
+        }
         let known = Scenario::ALL.iter().find(|s| s.name() == name);
         if let (Self::Highway(config) | Self::HighwayScripted(config), Some(scenario)) = (self, known) {
             config.scenario = *scenario;
         }
     }
 
+    /// The same world with `faults` in front of its sensors instead of those it had.
+    #[must_use]
+    pub fn with_faults(self, faults: Faults) -> Self {
+        let world = match self {
+            Self::Faulty(config) => config.world,
+            world => Box::new(world),
+        };
+        Self::Faulty(FaultyConfig { world, faults })
+    }
+
     /// Moves to other roads, where there are roads.
     pub fn set_roads(&mut self, roads: &RoadSet) {
+        if let Self::Faulty(config) = self {
+            return config.world.set_roads(roads);
+        }
         if let Self::Highway(config) | Self::HighwayScripted(config) = self {
             config.roads = roads.clone();
         }
@@ -150,6 +198,7 @@ impl EnvironmentConfig {
             Self::Highway(_) | Self::HighwayScripted(_) => {
                 vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test]
             }
+            Self::Faulty(config) => config.world.road_sets(),
             _ => vec![RoadSet::Training],
         }
     }
@@ -189,38 +238,82 @@ fn table(data: Data) -> Tabular {
     Tabular::new(Arc::new(data), rows, Verdict::default())
 }
 
+/// Red cars drive at most this many times as fast as they learned to.
+const FASTEST_CARS: f64 = 4.0;
+
 fn check_highway(world: &str, config: &HighwayConfig) -> Result<(), WorldError> {
     check_horizon(world, config.horizon)?;
+    check_task(world, &config.task)?;
     if config.roads == RoadSet::Seeds(Vec::new()) {
         return Err(refuse(format!("{world}.roads.seeds"), "empty: at least one road"));
     }
-    let [.., smooth] = config.task.weights;
-    let heavier = |w: &[f64]| w[0] >= w[1] && w[1] > 0.0 && w[0].is_finite();
-    if !(config.task.weights[..3].windows(2).all(heavier) && smooth >= 0.0 && smooth.is_finite()) {
-        let message = format!(
-            "{:?}: finite, above 0, and the graver the larger (smoothness may be 0)",
-            config.task.weights
-        );
-        return Err(refuse(format!("{world}.task.weights"), message));
+    if !(0.0..=FASTEST_CARS).contains(&config.car_speed) {
+        let message = format!("{}: in [0, {FASTEST_CARS}] times the usual", config.car_speed);
+        return Err(refuse(format!("{world}.car_speed"), message));
     }
-    check_prices(&format!("{world}.task.prices"), &config.task.prices)?;
     match &config.pixels {
         Pixels::Classes => Ok(()),
         Pixels::Rgb(rgb) => check_rgb(&format!("{world}.pixels.rgb"), rgb),
     }
 }
 
-fn check_rgb(field: &str, rgb: &RgbConfig) -> Result<(), WorldError> {
-    let t = &rgb.thresholds;
+fn check_task(world: &str, task: &Task) -> Result<(), WorldError> {
+    let [.., smooth] = task.weights;
+    let heavier = |w: &[f64]| w[0] >= w[1] && w[1] > 0.0 && w[0].is_finite();
+    if !(task.weights[..3].windows(2).all(heavier) && smooth >= 0.0 && smooth.is_finite()) {
+        let message =
+            format!("{:?}: finite, above 0, and the graver the larger (smoothness may be 0)", task.weights);
+        return Err(refuse(format!("{world}.task.weights"), message));
+    }
+    check_prices(&format!("{world}.task.prices"), &task.prices)
+}
+
+fn check_miniature(world: &str, config: &MiniatureConfig) -> Result<(), WorldError> {
+    check_horizon(world, config.horizon)?;
+    check_task(world, &config.task)?;
+    if config.obstacles > MOST_OBSTACLES {
+        let message = format!("{}: at most {MOST_OBSTACLES}", config.obstacles);
+        return Err(refuse(format!("{world}.obstacles"), message));
+    }
+    let (Eye { light_gradient, vignetting, noise, compression, pitch_error_rad, thresholds }, wheels) =
+        (config.eye, config.wheels);
+    check_thresholds(&format!("{world}.eye.thresholds"), &thresholds)?;
+    let Wheels { slip, bias, noise: wheel_noise } = wheels;
     let rows = [
-        ("light", rgb.light, 100.0),
-        ("noise", rgb.noise, 1.0),
-        ("blur", rgb.blur, 0.75),
-        ("thresholds.dark_below", t.dark_below, 1.0),
-        ("thresholds.grey_below", t.grey_below, 1.0),
-        ("thresholds.white_from", t.white_from, 1.0),
-        ("thresholds.red_within_deg", t.red_within_deg, 180.0),
+        ("eye.light_gradient", light_gradient, 0.0, 0.9),
+        ("eye.vignetting", vignetting, 0.0, 1.0),
+        ("eye.noise", noise, 0.0, 1.0),
+        ("eye.compression", compression, 0.0, 64.0),
+        ("eye.pitch_error_rad", pitch_error_rad, -0.3, 0.3),
+        ("wheels.slip", slip, 0.0, 0.9),
+        ("wheels.bias", bias, -0.5, 0.5),
+        ("wheels.noise", wheel_noise, 0.0, 0.5),
     ];
+    match rows.iter().find(|(_, value, least, most)| !(least..=most).contains(&value)) {
+        Some((name, value, least, most)) => {
+            Err(refuse(format!("{world}.{name}"), format!("{value}: in [{least}, {most}]")))
+        }
+        None => Ok(()),
+    }
+}
+
+fn check_rgb(field: &str, rgb: &RgbConfig) -> Result<(), WorldError> {
+    check_thresholds(&format!("{field}.thresholds"), &rgb.thresholds)?;
+    check_shares(field, &[("light", rgb.light, 100.0), ("noise", rgb.noise, 1.0), ("blur", rgb.blur, 0.75)])
+}
+
+fn check_thresholds(field: &str, t: &ColourThresholds) -> Result<(), WorldError> {
+    let rows = [
+        ("dark_below", t.dark_below, 1.0),
+        ("grey_below", t.grey_below, 1.0),
+        ("white_from", t.white_from, 1.0),
+        ("red_within_deg", t.red_within_deg, 180.0),
+    ];
+    check_shares(field, &rows)
+}
+
+/// Each number at least 0 and at most what stands beside it.
+fn check_shares(field: &str, rows: &[(&str, f64, f64)]) -> Result<(), WorldError> {
     match rows.iter().find(|(_, value, most)| !(0.0..=*most).contains(value)) {
         Some((name, value, most)) => {
             Err(refuse(format!("{field}.{name}"), format!("{value}: in [0, {most}]")))
@@ -237,6 +330,15 @@ pub fn highway(config: &HighwayConfig, steering: Steering) -> Highway {
     let grounds = built.entry(roads_name(&config.roads)).or_insert_with(|| config.roads.build()).clone();
     drop(built);
     Highway::on_roads(config.clone(), grounds, steering)
+}
+
+/// The miniature road; each road is built once in the life of the program.
+fn miniature(config: &MiniatureConfig) -> Miniature {
+    static ROADS: Mutex<BTreeMap<u64, Arc<Ground>>> = Mutex::new(BTreeMap::new());
+    let mut built = ROADS.lock().unwrap_or_else(PoisonError::into_inner);
+    let ground = built.entry(config.road_seed).or_insert_with(|| miniature::ground(config.road_seed)).clone();
+    drop(built);
+    Miniature::on(config.clone(), ground)
 }
 
 /// Name of a set of roads in results and on the command line.

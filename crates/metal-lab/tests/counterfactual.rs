@@ -47,6 +47,7 @@ const TOY: &str = "[attention.acl.counterfactual]
 looks = { adaptive = { max_looks = 4 } }
 iterations = 1
 judged = 1.0
+wide_eyed = 0
 price_ramp = 0
 validation_runs = 1
 fit = { batches = 10000, own_looks = 0.9, weight_decay = 0.2, averaged = 0.5, final_rate = 0.02 }
@@ -57,7 +58,7 @@ fn the_toy_is_learned_to_near_its_optimum() {
     let plan = toy(TOY, 5000);
     let trained = trained(&plan, 1);
     let (total, looks) = tested(&plan, &trained.mind, 10_000);
-    assert!(total >= optimum().value / 0.90, "{total} per decision, at best {}", optimum().value);
+    assert!(total >= optimum().value / 0.93, "{total} per decision, at best {}", optimum().value);
     assert!((2.0..3.0).contains(&looks), "{looks} looks per decision");
     let diary = &trained.diary[0];
     assert_eq!((diary.own_steps, diary.rolled_steps), (5000, 25_000), "each of five moves of every state");

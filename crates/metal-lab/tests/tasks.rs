@@ -78,7 +78,7 @@ fn impossible_recipes_are_refused_by_field() {
 /// Counterfactual policy iteration, briefly: enough to beat blindness, far too little to be good.
 fn counterfactual() -> Recipe {
     let AttentionMethod::Counterfactual(mut config) = AttentionMethod::one_step() else { panic!("its name") };
-    (config.iterations, config.price_ramp, config.fit.batches) = (2, 1, 300);
+    (config.iterations, config.price_ramp, config.fit.batches) = (3, 1, 300);
     let method = AttentionMethod::Counterfactual(config);
     Recipe { fusion: 0, attention: 1500, method, ..Recipe::default() }
 }

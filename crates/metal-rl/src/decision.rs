@@ -21,6 +21,7 @@ pub struct DecisionState {
     actions: usize,
     offsets: Vec<usize>,
     attended: IndexSet,
+    silent: IndexSet,
     order: Vec<usize>,
     readings: Vec<f64>,
     values: Vec<f64>,
@@ -50,6 +51,7 @@ impl DecisionState {
         Self {
             actions: dims.actions,
             attended: IndexSet::EMPTY,
+            silent: IndexSet::EMPTY,
             order: Vec::with_capacity(members),
             readings: vec![0.0; offsets[members]],
             values: vec![0.0; members * dims.actions],
@@ -60,7 +62,7 @@ impl DecisionState {
 
     /// Back to all null: a look never outlives the motor step it was paid for.
     pub fn clear(&mut self) {
-        self.attended = IndexSet::EMPTY;
+        (self.attended, self.silent) = (IndexSet::EMPTY, IndexSet::EMPTY);
         self.order.clear();
     }
 
@@ -70,6 +72,7 @@ impl DecisionState {
             self.attended = self.attended.with(member);
             self.order.push(member);
         }
+        self.silent = self.silent.minus(IndexSet::EMPTY.with(member));
         let range = member * self.actions..(member + 1) * self.actions;
         (
             &mut self.readings[self.offsets[member]..self.offsets[member + 1]],
@@ -78,11 +81,16 @@ impl DecisionState {
         )
     }
 
-    /// What `member` said, or null.
+    /// `member` was consulted and has nothing to say, because its sensors did not answer (reading R130).
+    pub fn silence(&mut self, member: usize) {
+        self.silent = self.silent.with(member);
+    }
+
+    /// What `member` said, or null: it was not asked, or had nothing to say.
     #[must_use]
     pub fn opinion(&self, member: usize) -> Option<Opinion<'_>> {
         let range = member * self.actions..(member + 1) * self.actions;
-        self.attended.contains(member).then(|| Opinion {
+        self.heard().contains(member).then(|| Opinion {
             reading: &self.readings[self.offsets[member]..self.offsets[member + 1]],
             values: &self.values[range.clone()],
             support: &self.supports[range],
@@ -93,6 +101,12 @@ impl DecisionState {
     #[must_use]
     pub fn attended(&self) -> IndexSet {
         self.attended
+    }
+
+    /// Who was consulted and had something to say.
+    #[must_use]
+    pub fn heard(&self) -> IndexSet {
+        self.attended.minus(self.silent)
     }
 
     /// Who was consulted, in order.

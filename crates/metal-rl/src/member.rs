@@ -23,7 +23,8 @@ impl Member {
         self.view.sensors().iter().map(|&s| spec.sensors[s].price).sum()
     }
 
-    /// Reads what the member sees, lets it speak into `state`, and returns the price of the sensors read just now.
+    /// Reads what the member sees, lets it speak into `state`, and returns the price of the sensors read just now. If
+    /// none of its sensors answered, it has nothing to say: null (reading R130).
     ///
     /// # Errors
     /// If a sensor does not answer.
@@ -36,7 +37,11 @@ impl Member {
     ) -> Result<f64, EnvironmentError> {
         let (reading, values, support) = state.attend(index);
         let price = self.read(environment, percept, reading)?;
-        self.learner.values_and_support(reading, values, support);
+        if self.view.set().minus(percept.silent()).is_empty() {
+            state.silence(index);
+        } else {
+            self.learner.values_and_support(reading, values, support);
+        }
         Ok(price)
     }
 

@@ -2,7 +2,7 @@
 //! control, evaluation and every baseline run through here.
 
 use crate::decision::DecisionState;
-use crate::environment::{End, Environment, EnvironmentError};
+use crate::environment::{End, Environment, EnvironmentError, Outcome};
 use crate::member::{Member, decision_dims};
 use crate::observe::{Observer, Step};
 use crate::phase::{Budget, Phase, Sensing};
@@ -171,6 +171,7 @@ impl Desk {
         let end = loop {
             let (action, look_price) = self.decide(stage, phase, clock.progress)?;
             let outcome = stage.environment.step(action)?;
+            refuse_nonsense(&outcome, action, stage.environment)?;
             index += 1;
             let end = if outcome.end == End::Running && index == clock.steps_left {
                 End::TimeLimit
@@ -258,6 +259,23 @@ impl Desk {
     fn consult(&mut self, stage: &mut Stage<'_>, member: usize) -> Result<f64, EnvironmentError> {
         stage.members[member].consult(member, stage.environment, &mut self.percept, &mut self.state)
     }
+}
+
+/// A sensor may fail, a reward may not: what is no number cannot be learned from.
+fn refuse_nonsense(
+    outcome: &Outcome,
+    action: usize,
+    environment: &dyn Environment,
+) -> Result<(), EnvironmentError> {
+    if outcome.motor_reward.is_finite() {
+        return Ok(());
+    }
+    let spec = environment.spec();
+    Err(EnvironmentError::Motor {
+        environment: spec.id.clone(),
+        action: spec.actions[action].clone(),
+        reason: format!("its reward is {}, not a finite number", outcome.motor_reward),
+    })
 }
 
 /// A policy that asks twice would loop for ever; one that asks outsiders would use benched members.

@@ -58,7 +58,8 @@ impl Episode {
 
     /// Remembers who was attended and what they saw, before a move (or after the last one, to bootstrap).
     pub fn record_state(&mut self, state: &DecisionState) {
-        self.attended.push(state.attended());
+        // Whose sensors were silent saw nothing to learn from.
+        self.attended.push(state.heard());
         for m in 0..self.members() {
             let opinion = state.opinion(m);
             self.state_values.push(opinion.map_or(f64::NAN, |o| num::max(o.values)));

@@ -63,14 +63,16 @@ impl View {
         self.dims
     }
 
-    /// Writes the state into `out` (length [`Self::dims`]).
+    /// Writes the state into `out` (length [`Self::dims`]). A silent sensor's numbers are 0, as if it saw nothing: they
+    /// are used only beside those of a sensor that answered (reading R130).
     ///
     /// # Panics
     /// If a sensor of the view was not read in this step: nobody peeks.
     pub fn state(&self, percept: &Percept, out: &mut [f64]) {
         let mut at = 0;
         for &sensor in &self.sensors {
-            let reading = percept.reading(sensor).expect("a view is asked only after its sensors were read");
+            assert!(percept.read.contains(sensor), "a view is asked only after its sensors were read");
+            let reading = percept.scaled(sensor);
             out[at..at + reading.len()].copy_from_slice(reading);
             at += reading.len();
         }
@@ -78,11 +80,15 @@ impl View {
 }
 
 /// The readings of one motor step: present where somebody looked, absent elsewhere.
+///
+/// A sensor that delivers anything but finite numbers is *silent* for the motor step (reading R130): the look is paid,
+/// and there is no reading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Percept {
     offsets: Vec<usize>,
     values: Vec<f64>,
     read: IndexSet,
+    silent: IndexSet,
     scaling: Scaling,
 }
 
@@ -99,12 +105,12 @@ impl Percept {
             offsets.push(offsets[offsets.len() - 1] + sensor.features.len());
         }
         let values = vec![0.0; offsets[offsets.len() - 1]];
-        Self { offsets, values, read: IndexSet::EMPTY, scaling }
+        Self { offsets, values, read: IndexSet::EMPTY, silent: IndexSet::EMPTY, scaling }
     }
 
     /// Forgets everything: a new motor step begins.
     pub fn clear(&mut self) {
-        self.read = IndexSet::EMPTY;
+        (self.read, self.silent) = (IndexSet::EMPTY, IndexSet::EMPTY);
     }
 
     /// Reads `sensor` if nobody did in this step, and says whether it was read now (and is therefore to be paid).
@@ -121,18 +127,34 @@ impl Percept {
         }
         let range = self.offsets[sensor]..self.offsets[sensor + 1];
         environment.sense(sensor, &mut self.values[range.clone()])?;
+        self.read = self.read.with(sensor);
+        let values = &mut self.values[range];
+        if values.iter().any(|value| !value.is_finite()) {
+            values.fill(0.0);
+            self.silent = self.silent.with(sensor);
+            return Ok(true);
+        }
         let features = &environment.spec().sensors[sensor].features;
-        for (value, feature) in self.values[range].iter_mut().zip(features) {
+        for (value, feature) in values.iter_mut().zip(features) {
             *value = self.scaling.apply(*value, feature.low, feature.high);
         }
-        self.read = self.read.with(sensor);
         Ok(true)
     }
 
-    /// The scaled reading of `sensor`, if somebody looked.
+    fn scaled(&self, sensor: usize) -> &[f64] {
+        &self.values[self.offsets[sensor]..self.offsets[sensor + 1]]
+    }
+
+    /// The scaled reading of `sensor`, if somebody looked and it answered.
     #[must_use]
     pub fn reading(&self, sensor: usize) -> Option<&[f64]> {
-        self.read.contains(sensor).then(|| &self.values[self.offsets[sensor]..self.offsets[sensor + 1]])
+        (self.read.contains(sensor) && !self.silent.contains(sensor)).then(|| self.scaled(sensor))
+    }
+
+    /// Which of the sensors that were read did not deliver finite numbers.
+    #[must_use]
+    pub fn silent(&self) -> IndexSet {
+        self.silent
     }
 
     /// Which sensors were read in this step.

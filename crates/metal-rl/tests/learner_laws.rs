@@ -95,6 +95,41 @@ fn answers_are_finite_and_supports_are_distributions_everywhere() {
     }
 }
 
+/// `n` samples, one in a hundred far outside the unit cube (up to ±1e6 in state and target); answers are looked at now
+/// and then, and in the end the learner goes through its own bytes.
+fn endures(config: &LearnerConfig, n: usize) {
+    let (mut learner, mut rng) = (config.build(DIMS, 4).expect("the settings are sound"), Rng::new(31));
+    for step in 1..=n {
+        let reach = if rng.chance(0.01) { 1e6 } else { 1.0 };
+        let state: Vec<f64> = (0..DIMS.inputs).map(|_| reach * rng.range(-1.0, 1.0)).collect();
+        let target = if rng.chance(0.01) { 1e6 * rng.normal() } else { rng.normal() };
+        let (choice, demonstrated) = (rng.below(DIMS.choices), rng.chance(0.1));
+        let error = learner.learn(Sample { state: &state, choice, target, demonstrated }, rate(&mut rng));
+        assert!(error.is_finite(), "{config:?} after {step} samples");
+        if step % (n / 20) == 0 {
+            check_answers(config, learner.as_ref(), &state);
+            check_answers(config, learner.as_ref(), &[0.1, 0.5, 0.9]);
+        }
+    }
+    for bump in learner.bumps() {
+        assert!(bump.deviation.iter().all(|d| d.is_finite() && *d > 0.0), "{config:?}: {bump:?}");
+    }
+    let thawed = config.thaw(&learner.freeze()).expect("what was frozen thaws");
+    assert_eq!(values(thawed.as_ref(), &[0.5; 3]), values(learner.as_ref(), &[0.5; 3]));
+}
+
+#[test]
+fn wild_samples_leave_every_learner_sound() {
+    all().iter().for_each(|config| endures(config, 2_000));
+}
+
+/// `cargo test --release -p metal-rl --test learner_laws -- --ignored`
+#[test]
+#[ignore = "takes minutes"]
+fn ten_million_wild_samples_leave_every_learner_sound() {
+    all().iter().for_each(|config| endures(config, 10_000_000));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 

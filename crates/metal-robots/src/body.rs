@@ -54,6 +54,23 @@ pub struct InfraredScale {
     pub factor: f64,
 }
 
+/// What a body feels beside its ring; `None` where it has no such sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Feelings {
+    /// How far the left and the right wheel have rolled, in metres. Counters of steps run over.
+    pub rolled_m: Option<[f64; 2]>,
+    /// Ambient light at ps0 … ps7, in the body's own unit: dark is high.
+    pub ambient: Option<[f64; INFRARED]>,
+    /// Acceleration along x (forward), y (left) and z (up), in metres per second squared; lying still, z is +9.81.
+    pub acceleration_mps2: Option<[f64; 3]>,
+    /// Turning rates about the same axes, in radians per second.
+    pub turn_radps: Option<[f64; 3]>,
+    /// Reflection of the three ground sensors, in the body's own unit.
+    pub ground: Option<[f64; 3]>,
+    /// Distance of the time-of-flight sensor, in metres.
+    pub ahead_m: Option<f64>,
+}
+
 /// What a fact about a body is called, and what it is.
 pub type About = Vec<(String, String)>;
 
@@ -101,6 +118,23 @@ pub trait Body: Send {
     /// # Errors
     /// If it does not answer.
     fn proximity(&mut self) -> Result<[f64; INFRARED], BodyError>;
+
+    /// Reads everything else there is.
+    ///
+    /// # Errors
+    /// If the link fails.
+    fn feel(&mut self) -> Result<Feelings, BodyError> {
+        Ok(Feelings::default())
+    }
+
+    /// Lets light `which` of the ring (0 to 7) shine in red, green and blue, 0 to 255; black is off. A light of one colour
+    /// is on or off, and a body without lights does nothing.
+    ///
+    /// # Errors
+    /// If the link fails.
+    fn light(&mut self, _which: usize, _rgb: [u8; 3]) -> Result<(), BodyError> {
+        Ok(())
+    }
 
     /// Where the learner and the cars are, the learner first, where somebody knows.
     ///

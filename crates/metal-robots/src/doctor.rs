@@ -1,6 +1,6 @@
 //! `metal doctor`: what is wrong with a body, one check after the other. The wheels do not turn.
 
-use crate::body::{Body, INFRARED};
+use crate::body::{Body, Feelings, INFRARED};
 use crate::calibration::Calibration;
 use crate::picture::Picture;
 use metal_worlds::highway::camera::{Region, Window};
@@ -36,14 +36,64 @@ pub struct Check {
 pub fn examine(body: &mut dyn Body, calibration: &Calibration) -> Vec<Check> {
     let mut checks = Vec::new();
     match body.about() {
-        Ok(facts) => checks.extend(facts.into_iter().map(|(what, found)| good(what, found))),
+        Ok(facts) => {
+            let name = body.name().to_owned();
+            checks.extend(facts.into_iter().map(|(what, found)| fact(&name, what, found)));
+        }
         Err(error) => {
             checks.push(bad("link", format!("{error}; is the robot on, near and alone on the link?")))
         }
     }
     checks.push(ring(body, calibration));
+    checks.push(other_sensors(body));
     checks.extend(camera(body, calibration));
     checks
+}
+
+/// Whether what a body says of itself is as it should be.
+fn fact(body: &str, what: String, found: String) -> Check {
+    match (body, what.as_str()) {
+        ("epuck", "firmware") if !found.contains("ersion") => {
+            let advice = "BTcom and the advanced sercom answer with their version; flash one of them";
+            doubtful(&what, format!("`{found}`: {advice}"))
+        }
+        ("epuck2", "selector") if found != "15" => doubtful(&what, format!("{found}; Wi-Fi wants 15")),
+        ("webots", "supervisor") if found != "yes" => doubtful(
+            &what,
+            format!("{found}: rewards are felt, not known, and nobody is placed for an episode"),
+        ),
+        _ => good(what, found),
+    }
+}
+
+/// Wheels, acceleration, light and whatever else there is.
+fn other_sensors(body: &mut dyn Body) -> Check {
+    const WHAT: &str = "other sensors";
+    match body.feel() {
+        Ok(felt) => told(WHAT, &felt),
+        Err(error) => {
+            bad(WHAT, format!("{error}; an e-puck2 on a serial line needs `?second`, a first E-puck none"))
+        }
+    }
+}
+
+fn told(what: &str, felt: &Feelings) -> Check {
+    let named = [
+        ("step counters", felt.rolled_m.is_some()),
+        ("light", felt.ambient.is_some()),
+        ("acceleration", felt.acceleration_mps2.is_some()),
+        ("turning rates", felt.turn_radps.is_some()),
+        ("ground", felt.ground.is_some()),
+        ("time of flight", felt.ahead_m.is_some()),
+    ];
+    let there: Vec<&str> = named.iter().filter(|(_, there)| *there).map(|(name, _)| *name).collect();
+    let names = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
+    match felt.acceleration_mps2 {
+        Some([_, _, up]) if !(7.0..13.0).contains(&up) => {
+            doubtful(what, format!("{names}; upwards {up:.1} m/s², not 9.8: does the robot lie on its side?"))
+        }
+        _ => good(what, names),
+    }
 }
 
 fn good(what: impl Into<String>, finding: String) -> Check {
@@ -147,4 +197,31 @@ pub fn text(checks: &[Check]) -> String {
         format!("{mark} {:<16} {}\n", check.what, check.finding)
     };
     checks.iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn verdict(body: &str, what: &str, found: &str) -> Verdict {
+        fact(body, what.to_owned(), found.to_owned()).verdict
+    }
+
+    #[test]
+    fn facts_that_are_wrong_for_the_body_are_to_be_looked_at() {
+        assert_eq!(verdict("epuck", "firmware", "Version 1.1.3 September 2011"), Verdict::Good);
+        assert_eq!(verdict("epuck", "firmware", "hello"), Verdict::Doubtful);
+        assert_eq!(verdict("epuck2", "selector", "15"), Verdict::Good);
+        assert_eq!(verdict("epuck2", "selector", "3"), Verdict::Doubtful);
+        assert_eq!(verdict("epuck", "selector", "3"), Verdict::Good, "only Wi-Fi wants 15");
+        assert_eq!(verdict("webots", "supervisor", "no"), Verdict::Doubtful);
+    }
+
+    #[test]
+    fn a_robot_on_its_side_is_noticed() {
+        let lying = |up| Feelings { acceleration_mps2: Some([0.0, 0.0, up]), ..Feelings::default() };
+        assert_eq!(told("x", &lying(9.8)).verdict, Verdict::Good);
+        assert_eq!(told("x", &lying(0.3)).verdict, Verdict::Doubtful);
+        assert_eq!(told("x", &Feelings::default()).finding, "none");
+    }
 }

@@ -50,6 +50,7 @@ pub struct RobotEnvironment {
     steps: usize,
     last_turn_radps: f64,
     whole: Option<Picture>,
+    parts: [Option<Picture>; RING],
     crops: bool,
     looked: [bool; 7],
     look_costs: [Cost; 7],
@@ -99,6 +100,7 @@ impl RobotEnvironment {
             steps: 0,
             last_turn_radps: 0.0,
             whole: None,
+            parts: [const { None }; RING],
             crops,
             looked: [false; 7],
             look_costs: [Cost::default(); 7],
@@ -136,6 +138,29 @@ impl RobotEnvironment {
         self.whole.as_ref()
     }
 
+    /// What was seen of camera region `region` in this motor step, pixel by pixel, row by row: the colour class of each;
+    /// none if nobody looked there.
+    #[must_use]
+    pub fn classes(&self, region: usize) -> Option<Vec<usize>> {
+        let part = self.parts.get(region)?.as_ref()?;
+        let colours = &self.config.calibration.colours;
+        Some(part.pixels.iter().map(|&rgb| colours.classify(rgb) as usize).collect())
+    }
+
+    /// Where the learner and the cars are, the learner first, if a supervisor knows.
+    ///
+    /// # Errors
+    /// If the link fails.
+    pub fn whereabouts(&mut self) -> Result<Option<Vec<Pose>>, BodyError> {
+        Ok(self.truth()?.map(|(_, poses)| poses))
+    }
+
+    /// The roads that poses refer to, if there are any.
+    #[must_use]
+    pub fn grounds(&self) -> Option<&Arc<[Ground]>> {
+        self.config.grounds.as_ref()
+    }
+
     /// Mean bytes and milliseconds of one look at each sensor that was looked at, in the order of the contract.
     #[must_use]
     pub fn look_costs(&self) -> Vec<(String, f64, f64)> {
@@ -164,6 +189,7 @@ impl RobotEnvironment {
         } else {
             let part = self.region(Region::ALL[sensor].window())?;
             out.copy_from_slice(&self.config.calibration.shares(&part));
+            self.parts[sensor] = Some(part);
         }
         let cost = self.meter()?.since(&before);
         self.spent.add(cost);
@@ -284,6 +310,7 @@ impl RobotEnvironment {
     /// The next step begins: what was seen is old.
     fn forget(&mut self) {
         self.whole = None;
+        self.parts = [const { None }; RING];
         self.looked = [false; 7];
         self.spent = Cost::default();
     }

@@ -14,6 +14,9 @@ use std::time::{Duration, Instant};
 
 /// How long the wheels may turn without a new command.
 pub const SILENCE: Duration = Duration::from_millis(500);
+/// Time for which a new command may speed up: at least a moment, or nobody could start; at most a tenth of a second, or
+/// whoever stood for long could jump.
+const SPURT: [Duration; 2] = [Duration::from_millis(50), Duration::from_millis(100)];
 /// How often the watchdog looks.
 const ROUND: Duration = Duration::from_millis(20);
 
@@ -54,15 +57,26 @@ struct Guarded {
     body: Box<dyn Body>,
     turning: bool,
     commanded: Instant,
+    /// Speed of the faster wheel by the last command.
+    fastest_mps: f64,
 }
 
 impl Guarded {
+    /// Lets the wheels turn from now on. Noted before it is sent: a command that fails may have arrived.
+    fn drive(&mut self, wheels: Wheels) -> Result<(), BodyError> {
+        self.turning = wheels != Wheels::STILL;
+        self.commanded = Instant::now();
+        self.fastest_mps = wheels.fastest_mps();
+        self.body.drive(wheels)
+    }
+
     /// Stops the wheels. Tried twice: the first attempt may find out that the link is gone.
     fn stop(&mut self) -> Result<(), BodyError> {
         let first = self.body.drive(Wheels::STILL);
         let stopped = if first.is_err() { self.body.drive(Wheels::STILL) } else { first };
         // Tried in any case; asking a dead link again and again helps nobody.
         self.turning = false;
+        self.fastest_mps = 0.0;
         stopped
     }
 }
@@ -83,7 +97,7 @@ impl Guard {
     /// If it cannot be stopped: then nobody should start it.
     pub fn new(body: Box<dyn Body>, limits: Limits, emergency: Emergency) -> Result<Self, BodyError> {
         let speed_mps = limits.speed_mps.min(body.fastest_mps());
-        let mut guarded = Guarded { body, turning: false, commanded: Instant::now() };
+        let mut guarded = Guarded { body, turning: false, commanded: Instant::now(), fastest_mps: 0.0 };
         guarded.stop()?;
         let shared = Arc::new(Mutex::new(guarded));
         let (over, ended) = channel();
@@ -110,7 +124,7 @@ impl Guard {
             let growth = self.limits.acceleration_mps2 * tick / wheels.fastest_mps().max(1e-9);
             factor = (factor + growth).min(most).min(left / tick);
             left -= factor * tick;
-            self.command(wheels.scaled(factor))?;
+            self.with_state(|state| state.drive(wheels.scaled(factor)))?;
             self.with(|body| body.pass(tick))?;
         }
         self.halt()
@@ -121,17 +135,17 @@ impl Guard {
         (self.limits.speed_mps / wheels.fastest_mps().max(1e-9)).min(1.0)
     }
 
-    /// Lets the wheels turn until the next command, at most for [`SILENCE`]; within the limit of speed.
+    /// Lets the wheels turn until the next command, at most for [`SILENCE`]; within the limits of speed and, by the time
+    /// since the last command, of acceleration.
     ///
     /// # Errors
     /// As for [`Self::drive_for`].
     pub fn command(&self, wheels: Wheels) -> Result<(), BodyError> {
-        let allowed = wheels.scaled(self.most(wheels));
+        let most = self.most(wheels);
         self.with_state(|state| {
-            // Noted before it is sent: a command that fails may have arrived.
-            state.turning = allowed != Wheels::STILL;
-            state.commanded = Instant::now();
-            state.body.drive(allowed)
+            let spurt = state.commanded.elapsed().clamp(SPURT[0], SPURT[1]).as_secs_f64();
+            let reachable_mps = state.fastest_mps + self.limits.acceleration_mps2 * spurt;
+            state.drive(wheels.scaled(most.min(reachable_mps / wheels.fastest_mps().max(1e-9))))
         })
     }
 

@@ -81,6 +81,27 @@ fn every_body_drives_the_arc_it_is_told_and_stands_then() {
 }
 
 #[test]
+fn every_body_feels_its_wheels_and_that_it_stands() {
+    for (server, mut body) in bodies() {
+        let (name, before) = (body.name().to_owned(), body.feel().unwrap());
+        let up = before.acceleration_mps2.unwrap()[2];
+        assert!((up - 9.8).abs() < 0.1, "{name}: {up}");
+        assert!(before.ambient.unwrap()[0] > 0.0, "{name}");
+        assert_eq!(before.turn_radps.is_some(), name != "epuck", "{name}: the first E-puck has no gyro");
+        assert_eq!(before.ahead_m, (name == "epuck2").then_some(2.0), "{name}");
+        body.light(0, [255; 3]).unwrap();
+        body.light(1, [255, 0, 128]).unwrap();
+        body.drive(Wheels { left_mps: 0.05, right_mps: -0.02 }).unwrap();
+        body.pass(0.32).unwrap();
+        let after = body.feel().unwrap().rolled_m.unwrap();
+        let ways = [0, 1].map(|i| after[i] - before.rolled_m.unwrap()[i]);
+        assert!(ways[0] > 0.01 && (ways[0] / ways[1] + 2.5).abs() < 0.2, "{name}: {ways:?}");
+        body.drive(Wheels::STILL).unwrap();
+        assert_eq!(look_into(&server.arena).wheels(), Wheels::STILL);
+    }
+}
+
+#[test]
 fn what_nobody_attends_to_is_not_asked_for_and_the_record_says_so() {
     let mut rows = Vec::new();
     for (server, body) in bodies() {

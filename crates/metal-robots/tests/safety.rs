@@ -196,6 +196,24 @@ fn no_command_exceeds_the_limits_and_the_way_stays_the_same() {
     }
     assert_eq!(dummy.last(), Wheels::STILL);
     assert!((way[0] - 0.03).abs() < 1e-9 && (way[1] - 0.036).abs() < 1e-9, "{way:?}");
-    guard.command(Wheels { left_mps: -9.0, right_mps: 9.0 }).unwrap();
-    assert_eq!(dummy.last(), Wheels { left_mps: -0.08, right_mps: 0.08 });
+}
+
+#[test]
+fn a_wild_command_is_reached_step_by_step_and_never_exceeded() {
+    let (dummy, emergency) = (Dummy::default(), Emergency::default());
+    let limits = Limits { speed_mps: 0.08, acceleration_mps2: 0.5 };
+    let guard = dummy.guarded(limits, &emergency);
+    // Whoever stood for long may not jump either.
+    std::thread::sleep(Duration::from_millis(150));
+    for fastest in [0.05, 0.075, 0.08, 0.08] {
+        guard.command(Wheels { left_mps: -9.0, right_mps: 9.0 }).unwrap();
+        let last = dummy.last();
+        assert_eq!(last.left_mps, -last.right_mps, "the same arc");
+        // A busy machine may let more time pass between two commands: at most a tenth of a second counts.
+        assert!(last.right_mps >= fastest - 1e-12 && last.right_mps <= 0.08 + 1e-12, "{last:?} {fastest}");
+    }
+    guard.command(Wheels { left_mps: 0.0, right_mps: 0.01 }).unwrap();
+    assert_eq!(dummy.last(), Wheels { left_mps: 0.0, right_mps: 0.01 }, "braking is always allowed");
+    let first = dummy.commands()[1];
+    assert!(first.right_mps <= 0.05 + 1e-12, "{first:?}");
 }

@@ -1,8 +1,9 @@
 //! How much a page slows a training run down: the same run alone, in the studio without a page, and with a page at
 //! thirty frames a second, side by side. Also counts frames and bytes that reach the page.
 //!
-//! `cargo run --release -p metal-studio --example slow_down` (some two minutes; needs Linux, for the time that the
-//! training thread was on a processor, which other work on the machine does not disturb).
+//! `cargo run --release -p metal-studio --example slow_down [ROUNDS]` (some two minutes; needs Linux, for the time that
+//! the training thread was on a processor). The three arms take turns and do the same work to the bit; what counts is
+//! each one's time against the run alone of the same round, so that whatever else the machine does cancels out.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 use metal_lab::evaluate::{Course, best_blind_action};
@@ -19,33 +20,77 @@ use std::net::{Ipv4Addr, TcpStream};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-const ROUNDS: usize = 8;
+/// Rounds if no number is given on the command line.
+const ROUNDS: usize = 40;
+const ARMS: [&str; 3] = ["alone", "studio, no page", "studio, page at 30 Hz"];
+
+/// One run: seconds of the training thread on a processor, seconds by the clock, frames and bytes at the page.
+#[derive(Clone, Copy, Debug, Default)]
+struct Run {
+    busy: f64,
+    clock: f64,
+    frames: f64,
+    bytes: f64,
+}
 
 fn main() {
-    let mut best = [[f64::INFINITY; 2]; 3];
-    let mut seen = (0.0, 0.0);
-    for round in 0..ROUNDS {
-        let runs = [alone(), in_studio(round, false).0, {
-            let (times, news) = in_studio(round, true);
-            seen = news;
-            times
-        }];
-        for (best, run) in best.iter_mut().zip(runs) {
-            *best = [best[0].min(run[0]), best[1].min(run[1])];
+    let rounds = std::env::args().nth(1).map_or(ROUNDS, |n| n.parse().unwrap());
+    let mut runs: [Vec<Run>; 3] = Default::default();
+    for round in 0..=rounds {
+        // Whoever comes first in a round is another one each time.
+        let mut now = [Run::default(); 3];
+        for arm in (0..3).map(|i| (i + round) % 3) {
+            now[arm] = if arm == 0 { alone() } else { in_studio(round, arm == 2) };
         }
-        println!("round {}: {runs:.3?} s on the processor and by the clock", round + 1);
+        let seconds = now.map(|run| run.busy);
+        println!(
+            "round {round}: {seconds:.3?} s on the processor{}",
+            if round == 0 { " (not counted)" } else { "" }
+        );
+        if round > 0 {
+            runs.iter_mut().zip(now).for_each(|(arm, run)| arm.push(run));
+        }
     }
-    println!("\n{:28} {:>12} {:>10} {:>10}", "best of all rounds", "processor, s", "slower", "clock, s");
-    for (name, run) in ["alone", "studio, no page", "studio, page at 30 Hz"].iter().zip(&best) {
-        let slower = 100.0 * (run[0] / best[0][0] - 1.0);
-        println!("{name:28} {:12.3} {slower:9.2}% {:10.3}", run[0], run[1]);
+    report(&runs);
+}
+
+fn report(runs: &[Vec<Run>; 3]) {
+    println!(
+        "\nagainst the run alone of the same round: median of {} rounds and its 95 % interval",
+        runs[0].len()
+    );
+    println!("{:24} {:>9} {:>28} {:>9} {:>28}", "", "s on cpu", "slower", "s by clock", "slower");
+    for (name, arm) in ARMS.iter().zip(runs) {
+        let column = |of: fn(&Run) -> f64| {
+            let ratios = arm.iter().zip(&runs[0]).map(|(run, alone)| 100.0 * (of(run) / of(alone) - 1.0));
+            let [low, middle, high] = interval(ratios.collect());
+            let seconds = interval(arm.iter().map(of).collect())[1];
+            format!("{seconds:9.3} {middle:9.2} % [{low:6.2}, {high:6.2}]")
+        };
+        println!("{name:24} {} {}", column(|run| run.busy), column(|run| run.clock));
     }
-    println!("to the page: {:.1} frames/s, {:.0} kB/s", seen.0, seen.1 / 1e3);
+    let clock: f64 = runs[2].iter().map(|run| run.clock).sum();
+    let per_sec = |of: fn(&Run) -> f64| runs[2].iter().map(of).sum::<f64>() / clock;
+    let (frames, bytes) = (per_sec(|run| run.frames), per_sec(|run| run.bytes));
+    println!(
+        "to the page: {frames:.1} frames/s, {:.0} kB/s, {:.1} kB a frame",
+        bytes / 1e3,
+        bytes / frames / 1e3
+    );
+}
+
+/// The median between the order statistics that enclose it with 95 % certainty, whatever the distribution.
+fn interval(mut values: Vec<f64>) -> [f64; 3] {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    let away = (0.98 * (n as f64).sqrt()).ceil() as usize;
+    let (low, high) = ((n / 2).saturating_sub(away), (n / 2 + away).min(n - 1));
+    [values[low], 0.5 * (values[(n - 1) / 2] + values[n / 2]), values[high]]
 }
 
 fn plan() -> Plan {
     let mut file = paper().unwrap().file;
-    metal_lab::reproduce::quick::cut(&mut file, 40, 100);
+    metal_lab::reproduce::quick::cut(&mut file, 10, 60);
     let kept = ["demonstration", "fusion", "attention"];
     file.phase.retain(|name, _| kept.contains(&name.as_str()));
     file.policy.retain(|name, _| name == "acl" || name == "oracle");
@@ -54,9 +99,10 @@ fn plan() -> Plan {
 }
 
 /// What the lab does without a studio, in a thread of its own.
-fn alone() -> [f64; 2] {
-    let work = || {
-        let (plan, streams) = (plan(), Streams::new(1).child("report").nth(0));
+fn alone() -> Run {
+    let plan = plan();
+    let work = move || {
+        let streams = Streams::new(1).child("report").nth(0);
         let newborn = Mind::newborn(&plan, &streams).unwrap();
         let mut mind = newborn.clone();
         for name in ["demonstration", "fusion", "attention"] {
@@ -65,14 +111,14 @@ fn alone() -> [f64; 2] {
         let course = Course { scenario: "mix".to_owned(), roads: Roads::Validation, runs: 40 };
         best_blind_action(&plan, &newborn, &course, &Streams::new(1).child("blind"), &Silent).unwrap();
     };
-    let start = Instant::now();
     let thread = std::thread::Builder::new().name("training".to_owned()).spawn(work).unwrap();
-    let busy = on_processor(|| thread.is_finished());
-    [busy, start.elapsed().as_secs_f64()]
+    let run = clocked();
+    thread.join().unwrap();
+    run
 }
 
-/// The same through the studio: its times, then frames and bytes per second at the page.
-fn in_studio(round: usize, stays: bool) -> ([f64; 2], (f64, f64)) {
+/// The same through the studio.
+fn in_studio(round: usize, stays: bool) -> Run {
     let out = std::env::temp_dir().join(format!("metal-slow-down-{}-{round}-{stays}", std::process::id()));
     let subject = Subject::experiment(plan(), &out).unwrap();
     let options = Options { address: Ipv4Addr::LOCALHOST.into(), port: 0, seed: 1, keep_token: false };
@@ -85,25 +131,28 @@ fn in_studio(round: usize, stays: bool) -> ([f64; 2], (f64, f64)) {
     while training_thread().is_none() {
         std::thread::sleep(Duration::from_millis(1));
     }
-    let start = Instant::now();
     let reader = stays.then(|| std::thread::spawn(move || listen(page)));
-    let busy = on_processor(|| out.join("run.json").exists());
-    let clock = start.elapsed().as_secs_f64();
+    let run = clocked();
+    while !out.join("run.json").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
     quit();
     server.join().unwrap().unwrap();
     let (frames, bytes) = reader.map_or((0, 0), |reader| reader.join().unwrap());
     std::fs::remove_dir_all(&out).unwrap();
-    ([busy, clock], (frames as f64 / clock, bytes as f64 / clock))
+    Run { frames: frames as f64, bytes: bytes as f64, ..run }
 }
 
-/// Seconds the thread called `training` was on a processor until `done`.
-fn on_processor(done: impl Fn() -> bool) -> f64 {
-    let mut busy = 0.0;
-    while !done() {
-        busy = training_thread().and_then(|task| nanos(&task)).map_or(busy, |n| n / 1e9);
+/// How long the thread called `training` is there, and how much of that on a processor.
+fn clocked() -> Run {
+    let mut run = Run::default();
+    let start = Instant::now();
+    while let Some(task) = training_thread() {
+        run.busy = nanos(&task).map_or(run.busy, |n| n / 1e9);
+        run.clock = start.elapsed().as_secs_f64();
         std::thread::sleep(Duration::from_millis(2));
     }
-    busy
+    run
 }
 
 fn training_thread() -> Option<PathBuf> {

@@ -16,6 +16,8 @@ pub enum Request {
         /// Number of the decision.
         decision: u64,
     },
+    /// Stop the body's wheels at once, for good. Everybody may.
+    Brake,
     /// Stop the clock.
     Pause,
     /// Let the clock run.
@@ -107,7 +109,16 @@ impl Request {
     /// Whether only the holder of the wheel may ask for it.
     #[must_use]
     pub fn needs_wheel(&self) -> bool {
-        !matches!(self, Self::TakeWheel | Self::ReleaseWheel | Self::Recall { .. })
+        !matches!(self, Self::TakeWheel | Self::ReleaseWheel | Self::Recall { .. } | Self::Brake)
+    }
+
+    /// Whether it makes sense while a body is watched, which no page can steer.
+    #[must_use]
+    pub fn suits_a_body(&self) -> bool {
+        matches!(
+            self,
+            Self::Pause | Self::Resume | Self::Step | Self::Speed { .. } | Self::Reset | Self::Watch { .. }
+        )
     }
 }
 
@@ -127,6 +138,8 @@ mod tests {
             assert!(read(bad).is_err(), "{bad}");
         }
         assert!(read(r#"{"do":"speed","times":1,"path":"/etc/passwd"}"#).is_err());
+        assert!(!Request::Brake.needs_wheel(), "whoever sees that something goes wrong can stop it");
+        assert!(Request::Pause.suits_a_body() && !Request::Press { action: 0 }.suits_a_body());
         assert!(Request::Pause.needs_wheel() && !Request::Recall { decision: 1 }.needs_wheel());
     }
 }

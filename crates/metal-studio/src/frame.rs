@@ -21,6 +21,8 @@ pub enum Source {
     Demonstration,
     /// A run is training, and this is what it just did.
     Training,
+    /// A mind drives a body.
+    Body,
 }
 
 /// One decision, as the page draws it.
@@ -83,6 +85,21 @@ pub struct LaneFrame {
     pub accident: bool,
     /// Whether the learner is off the road.
     pub off_road: bool,
+    /// What the step has cost on the link to a body.
+    pub link: Option<LinkFrame>,
+}
+
+/// What a step has cost on the link to a body, and what attention has saved there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LinkFrame {
+    /// Bytes in both directions.
+    pub bytes: f64,
+    /// Milliseconds waited.
+    pub ms: f64,
+    /// Bytes that looking at everything would have cost more.
+    pub saved_bytes: f64,
+    /// Milliseconds that it would have taken longer.
+    pub saved_ms: f64,
 }
 
 /// What a member said.

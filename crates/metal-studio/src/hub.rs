@@ -3,6 +3,7 @@
 
 use crate::command::Request;
 use crate::frame::Frame;
+use metal_robots::Emergency;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError};
@@ -37,6 +38,7 @@ pub struct Hub {
     names: AtomicU64,
     wanted: AtomicBool,
     training_shown: AtomicBool,
+    brake: Mutex<Option<Emergency>>,
 }
 
 /// A lock that outlives a thread's panic: what is inside is always whole.
@@ -59,6 +61,7 @@ impl Hub {
             names: AtomicU64::new(0),
             wanted: AtomicBool::new(false),
             training_shown: AtomicBool::new(false),
+            brake: Mutex::new(None),
         }
     }
 
@@ -121,6 +124,22 @@ impl Hub {
     /// Shows the training run, or the studio's own drive.
     pub fn show_training(&self, on: bool) {
         self.training_shown.store(on, Ordering::Relaxed);
+    }
+
+    /// What [`Self::brake`] presses.
+    pub fn hold_ready(&self, emergency: Emergency) {
+        *lock(&self.brake) = Some(emergency);
+    }
+
+    /// Stops the body at once, without waiting for the stage; false if there is none.
+    pub fn brake(&self) -> bool {
+        lock(&self.brake).as_ref().map(Emergency::press).is_some()
+    }
+
+    /// Whether the body was stopped for good.
+    #[must_use]
+    pub fn braked(&self) -> bool {
+        lock(&self.brake).as_ref().is_some_and(Emergency::pressed)
     }
 
     /// Tells every page how things stand.

@@ -2,27 +2,13 @@
 
 use crate::faults::Faulty;
 use crate::frame::LaneFrame;
-use crate::subject::{Driver, Subject, SubjectError};
-use metal_lab::mind::Mind;
-use metal_lab::plan::{Acting, Plan};
+use crate::seated::Seated;
+use crate::subject::{Subject, SubjectError};
+use metal_lab::plan::Plan;
 use metal_lab::registry::highway;
-use metal_lab::watched::{Heard, Overheard, Wheel};
 use metal_rl::environment::{End, Environment, EnvironmentError, Outcome};
-use metal_rl::member::Member;
-use metal_rl::phase::{Phase, Sensing};
-use metal_rl::policies::{Attention, Blind};
-use metal_rl::policy::Policy;
 use metal_rl::random::Streams;
-use metal_rl::run::{Decided, Stage, decide};
-use metal_rl::set::IndexSet;
 use metal_worlds::highway::{Highway, HighwayConfig};
-use std::sync::Arc;
-
-/// Who sits at the wheel of a lane.
-enum Seat {
-    Attention(Box<Attention>),
-    Other(Box<dyn Policy>),
-}
 
 /// A car and who drives it.
 pub struct Lane {
@@ -34,11 +20,7 @@ pub struct Lane {
     pub step: usize,
     /// Episodes of this drive.
     pub episode: usize,
-    plan: Arc<Plan>,
-    members: Vec<Member>,
-    seat: Seat,
-    roster: IndexSet,
-    label: String,
+    seated: Seated,
     seed: u64,
 }
 
@@ -61,21 +43,7 @@ impl Lane {
     /// # Errors
     /// If its mind cannot be read.
     pub fn new(subject: &mut Subject, driver: usize, world: Faulty) -> Result<Self, SubjectError> {
-        let row = subject.drivers[driver].clone();
-        let mind = subject.mind(&row)?;
-        let seat = seat(subject, &row, &mind);
-        Ok(Self {
-            driver,
-            world,
-            step: 0,
-            episode: 0,
-            plan: subject.plan.clone(),
-            members: mind.members.clone(),
-            seat,
-            roster: row.roster,
-            label: row.label,
-            seed: 0,
-        })
+        Ok(Self { driver, world, step: 0, episode: 0, seated: Seated::new(subject, driver)?, seed: 0 })
     }
 
     /// Begins episode `seed` from its own start.
@@ -92,8 +60,9 @@ impl Lane {
     /// # Errors
     /// If a sensor fails.
     pub fn think(&mut self) -> Result<LaneFrame, EnvironmentError> {
-        let phase = Phase::evaluation("studio", self.roster, 1);
-        self.ponder(&phase, None)
+        let (mut frame, streams) = self.outset();
+        self.seated.think(&mut self.world, &streams, &mut frame)?;
+        Ok(frame)
     }
 
     /// A person moves, and everybody on the plan's first roster watches (Phase I).
@@ -101,41 +70,20 @@ impl Lane {
     /// # Errors
     /// If a sensor fails.
     pub fn watch(&mut self, action: usize) -> Result<LaneFrame, EnvironmentError> {
-        let tiny = (0..self.plan.members.len()).filter(|&m| self.plan.members[m].sensors.len() == 1);
-        let phase = Phase { sensing: Sensing::Everyone, ..Phase::evaluation("studio", tiny.collect(), 1) };
-        let mut frame = self.ponder(&phase, Some(action))?;
+        let (mut frame, streams) = self.outset();
+        self.seated.watch(action, &mut self.world, &streams, &mut frame)?;
         frame.advice = self.world.advise();
-        "You".clone_into(&mut frame.driver);
         // Phase I pays for nothing: the prices of attention come later.
         frame.look_price = 0.0;
         Ok(frame)
     }
 
-    fn ponder(&mut self, phase: &Phase, person: Option<usize>) -> Result<LaneFrame, EnvironmentError> {
-        let mut frame = LaneFrame { driver: self.label.clone(), ..LaneFrame::default() };
+    /// Where the world stands, before anybody looked.
+    fn outset(&mut self) -> (LaneFrame, Streams) {
+        let mut frame = LaneFrame::default();
         frame.see(&mut self.world.world);
         frame.to.clone_from(&frame.from);
-        let (plan, streams) = (self.plan.clone(), Streams::new(self.seed).nth(self.step as u64));
-        let mut ear = |heard: &Heard<'_>| {
-            frame.overhear(heard);
-            frame.hear(&plan, heard.state);
-        };
-        let mut pressed = person.map(|action| Blind { action });
-        let wheel = match (&mut pressed, &mut self.seat) {
-            (Some(person), _) => Wheel::Other(person),
-            (None, Seat::Attention(attention)) => Wheel::Attention(attention),
-            (None, Seat::Other(policy)) => Wheel::Other(policy.as_mut()),
-        };
-        let mut policy = Overheard::new(wheel, &mut ear);
-        let mut stage = Stage {
-            environment: &mut self.world,
-            members: &mut self.members,
-            policy: &mut policy,
-            scaling: self.plan.file.scaling,
-        };
-        let Decided { action, look_price, .. } = decide(&mut stage, phase, &streams)?;
-        (frame.action, frame.look_price) = (action, look_price);
-        Ok(frame)
+        (frame, Streams::new(self.seed).nth(self.step as u64))
     }
 
     /// Carries out what `frame` decided.
@@ -167,15 +115,6 @@ impl Lane {
             self.world.sense(sensor, &mut out).map(|()| out)
         };
         shapes.iter().enumerate().map(&mut read).collect()
-    }
-}
-
-fn seat(subject: &Subject, row: &Driver, mind: &Mind) -> Seat {
-    match &row.acting {
-        Acting::Attention(name) if mind.attention.contains_key(name) => {
-            Seat::Attention(Box::new(mind.attention[name].clone()))
-        }
-        acting => Seat::Other(mind.policy(&subject.plan, acting, row.roster, subject.blind())),
     }
 }
 

@@ -16,6 +16,8 @@ pub mod subject;
 pub mod clock;
 pub mod demonstration;
 pub mod lane;
+pub mod robot;
+pub mod seated;
 pub mod situations;
 pub mod stage;
 pub mod status;

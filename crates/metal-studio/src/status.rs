@@ -12,6 +12,7 @@ use serde::Serialize;
 
 /// How things stand.
 #[derive(Debug, Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a lamp of its own on the page")]
 pub struct Status {
     view: &'static str,
     running: bool,
@@ -21,6 +22,7 @@ pub struct Status {
     drivers: Vec<String>,
     at_the_wheel: Vec<usize>,
     faults: Vec<Fault>,
+    braked: bool,
     scene: Option<usize>,
     situations: Vec<Looked>,
     demonstration: Option<DemonstrationStatus>,
@@ -54,6 +56,7 @@ impl Status {
         let training =
             |t: &Training| TrainingStatus { state: t.control.state(), progress: t.learned.progress() };
         let view = match (stage.hub.shows_training(), &stage.demonstration) {
+            _ if stage.body.is_some() => "body",
             (true, _) => "training",
             (false, Some(_)) => "demonstration",
             (false, None) => "drive",
@@ -65,8 +68,12 @@ impl Status {
             scenario: stage.scenario.name(),
             scenarios: Scenario::ALL.iter().map(|s| s.name()).collect(),
             drivers: stage.subject.drivers.iter().map(|d| d.label.clone()).collect(),
-            at_the_wheel: stage.lanes.iter().map(|l| l.driver).collect(),
+            at_the_wheel: match &stage.body {
+                Some(body) => vec![body.driver],
+                None => stage.lanes.iter().map(|l| l.driver).collect(),
+            },
             faults: stage.lanes[0].world.faults.clone(),
+            braked: stage.hub.braked(),
             scene: stage.scene,
             situations: stage.situations.clone(),
             demonstration: stage.demonstration.as_ref().map(|d| DemonstrationStatus {

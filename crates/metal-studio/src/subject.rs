@@ -1,5 +1,6 @@
 //! What the studio is opened on: an experiment, or the folder of a run with its trained minds.
 
+use crate::robot::Robot;
 use metal_lab::mind::Mind;
 use metal_lab::plan::{self, Acting, Plan, PlanError};
 use metal_lab::results::Results;
@@ -45,6 +46,8 @@ pub struct Subject {
     pub results: Option<Results>,
     /// Who can drive.
     pub drivers: Vec<Driver>,
+    /// The body they drive, if it is not the simulated one.
+    pub robot: Option<Robot>,
     blind: usize,
     minds: BTreeMap<Home, Arc<Mind>>,
     is_run: bool,
@@ -68,6 +71,9 @@ pub enum SubjectError {
     /// The world is no road.
     #[error("the studio shows roads, and {0} is none; choose an experiment in the highway")]
     NoRoad(String),
+    /// A mind that a body has no senses for.
+    #[error("the minds of this run have other sensors than a body")]
+    OtherSensors,
 }
 
 impl Subject {
@@ -80,7 +86,9 @@ impl Subject {
             return Err(SubjectError::Taken(out.to_path_buf()));
         }
         is_road(&plan)?;
-        Self::new(plan, Store::create(out)?, None)
+        let mut subject = Self::new(plan, Store::create(out)?, None)?;
+        subject.list_kept();
+        Ok(subject)
     }
 
     /// A finished run.
@@ -104,7 +112,7 @@ impl Subject {
         let newborn = Mind::newborn(&plan, &Streams::new(0)).map_err(RunError::from)?;
         let minds = BTreeMap::from([(Home::Newborn, Arc::new(newborn))]);
         let (drivers, plan) = (Vec::new(), Arc::new(plan));
-        let mut subject = Self { plan, store, results, drivers, blind: 0, minds, is_run: false };
+        let mut subject = Self { plan, store, results, drivers, robot: None, blind: 0, minds, is_run: false };
         subject.drivers = subject.rows(&|_, after| after.is_none().then_some(Home::Newborn), "");
         Ok(subject)
     }
@@ -133,6 +141,19 @@ impl Subject {
         self.drivers = found;
     }
 
+    /// Minds that an earlier session of the same experiment has left in the folder; others do not fit and are passed over.
+    fn list_kept(&mut self) {
+        for phase in self.plan.order.clone() {
+            let Ok(mind) = self.store.read_mind(&self.plan, 0, &phase) else { continue };
+            self.minds.insert(Home::Folder(0, phase.clone()), Arc::new(mind));
+            let kept = |_: &str, after: Option<&str>| {
+                (after == Some(phase.as_str())).then(|| Home::Folder(0, phase.clone()))
+            };
+            let rows = self.rows(&kept, ", kept here");
+            self.drivers.extend(rows);
+        }
+    }
+
     /// Takes in what a phase of this session's training has left behind.
     pub fn add_fresh(&mut self, phase: &str, mind: Mind) {
         self.minds.insert(Home::Fresh(phase.to_owned()), Arc::new(mind));
@@ -159,6 +180,13 @@ impl Subject {
         let mind = Arc::new(self.store.read_mind(&self.plan, *seed, phase)?);
         self.minds.insert(driver.home.clone(), mind.clone());
         Ok(mind)
+    }
+
+    /// How many roads the simulated world has; a body's own road comes after them.
+    #[must_use]
+    pub fn road_count(&self) -> usize {
+        let highway = self.plan.file.environment.as_highway();
+        highway.map_or(0, |(config, steering)| metal_lab::registry::highway(config, steering).grounds().len())
     }
 
     /// The constant action of the blind driver.

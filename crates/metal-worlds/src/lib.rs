@@ -6,8 +6,10 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(test, allow(clippy::float_cmp, reason = "exact values are expected exactly"))]
 
+pub mod faulty;
 pub mod highway;
 pub mod maze;
+pub mod miniature;
 pub mod priced;
 pub mod puddle;
 pub mod tabular;

@@ -4,6 +4,7 @@ use metal_rl::environment::{End, Environment};
 use metal_rl::random::Rng;
 use metal_worlds::highway::{Ground, Highway, HighwayConfig, RoadSet, Steering};
 use metal_worlds::maze::{Maze, MazeConfig};
+use metal_worlds::miniature::{Miniature, MiniatureConfig};
 use metal_worlds::puddle::{Puddle, PuddleConfig};
 use metal_worlds::tabular::{CubeConfig, CubeNmConfig, Data, Tabular, Verdict, cube, cube_nm};
 use metal_worlds::toy::Toy;
@@ -21,6 +22,7 @@ fn environments() -> Vec<World> {
         table(cube(&CubeConfig::default())),
         table(cube_nm(&CubeNmConfig::default())),
         highway(),
+        miniature(),
     ]
 }
 
@@ -34,6 +36,14 @@ fn highway() -> World {
     static ROADS: OnceLock<Arc<[Ground]>> = OnceLock::new();
     let roads = ROADS.get_or_init(|| RoadSet::Training.build()).clone();
     Box::new(Highway::on_roads(HighwayConfig::default(), roads, Steering::Scripted))
+}
+
+/// The miniature road with every deviation.
+fn miniature() -> World {
+    static ROAD: OnceLock<Arc<Ground>> = OnceLock::new();
+    let config = MiniatureConfig::default();
+    let road = ROAD.get_or_init(|| metal_worlds::miniature::ground(config.road_seed)).clone();
+    Box::new(Miniature::on(config, road))
 }
 
 /// Episodes played per law; each is cut after this many motor steps.

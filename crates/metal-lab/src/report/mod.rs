@@ -5,9 +5,9 @@
 
 mod budgets;
 mod findings;
-mod measure;
+pub(crate) mod measure;
 mod page;
-mod table;
+pub(crate) mod table;
 mod tables;
 
 use minijinja::syntax::SyntaxConfig;
@@ -41,13 +41,17 @@ const STYLE: &str = include_str!("style.css");
 /// # Errors
 /// If the template cannot be rendered, which would be a fault of this crate.
 pub fn render(results: &Results, context: &ReportContext) -> Result<String, ReportError> {
-    let page = Value::from(Serde(page::build(results, context)));
+    filled(TEMPLATE, &page::build(results, context))
+}
+
+/// A page of the house: `template`, which may use the common parts, filled with `content`.
+pub(crate) fn filled(template: &str, content: &impl serde::Serialize) -> Result<String, ReportError> {
     let mut environment = Environment::new();
     environment.set_syntax(SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build()?);
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_template("parts.html", PARTS)?;
-    environment.add_template("report.html", TEMPLATE)?;
-    Ok(environment.get_template("report.html")?.render(page)?)
+    environment.add_template("page.html", template)?;
+    Ok(environment.get_template("page.html")?.render(Value::from(Serde(content)))?)
 }
 
 /// The style of the report, theme included; the studio uses the same.

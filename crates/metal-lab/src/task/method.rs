@@ -71,6 +71,10 @@ impl AttentionMethod {
             iterations: ITERATIONS,
             window: ITERATIONS,
             judged: 1.0,
+            // Where an episode is one step, looks lead nowhere: open eyes would see no other rows.
+            wide_eyed: 0,
+            // Of many columns, each is rightly asked for few rows only: nobody is dismissed for that.
+            dismissal: 0.0,
             price_ramp: 3,
             validation_runs: 1000,
             ..CounterfactualConfig::default()

@@ -145,23 +145,36 @@ fn refuse(error: TableError) -> RunError {
 }
 
 fn read_csv(path: &Path, target: &str) -> Result<RawTable, RunError> {
-    let at = |e: csv::Error| PlanError::at(path.display().to_string(), e.to_string());
-    let mut reader = csv::Reader::from_path(path).map_err(at)?;
-    let header: Vec<String> = reader.headers().map_err(at)?.iter().map(str::to_owned).collect();
-    let Some(place) = header.iter().position(|h| h == target) else {
-        let message = format!("no column `{target}`; known: {}", header.join(", "));
-        return Err(PlanError::at("target", message).into());
-    };
-    let mut columns: Vec<(String, Vec<Cell>)> = header.into_iter().map(|h| (h, Vec::new())).collect();
-    for record in reader.records() {
-        let record = record.map_err(at)?;
-        for (column, text) in columns.iter_mut().zip(record.iter()) {
-            column.1.push(cell(text));
+    let place = path.display().to_string();
+    let file = std::fs::File::open(path).map_err(|e| PlanError::at(&place, e.to_string()))?;
+    let mut table = RawTable::from_csv(&place, file, target)?;
+    table.name = path.file_stem().map_or_else(|| "table".to_owned(), |s| s.to_string_lossy().into_owned());
+    Ok(table)
+}
+
+impl RawTable {
+    /// The table of a CSV text with a header, its classes in the column `target`.
+    ///
+    /// # Errors
+    /// If it cannot be read, or has no such column.
+    pub fn from_csv(name: &str, text: impl std::io::Read, target: &str) -> Result<Self, RunError> {
+        let at = |e: csv::Error| PlanError::at(name, e.to_string());
+        let mut reader = csv::Reader::from_reader(text);
+        let header: Vec<String> = reader.headers().map_err(at)?.iter().map(str::to_owned).collect();
+        let Some(place) = header.iter().position(|h| h == target) else {
+            let message = format!("no column `{target}`; known: {}", header.join(", "));
+            return Err(PlanError::at("target", message).into());
+        };
+        let mut columns: Vec<(String, Vec<Cell>)> = header.into_iter().map(|h| (h, Vec::new())).collect();
+        for record in reader.records() {
+            let record = record.map_err(at)?;
+            for (column, text) in columns.iter_mut().zip(record.iter()) {
+                column.1.push(cell(text));
+            }
         }
+        let (_, target) = columns.remove(place);
+        Ok(Self { name: name.to_owned(), columns, target })
     }
-    let (_, target) = columns.remove(place);
-    let name = path.file_stem().map_or_else(|| "table".to_owned(), |s| s.to_string_lossy().into_owned());
-    Ok(RawTable { name, columns, target })
 }
 
 fn cell(text: &str) -> Cell {

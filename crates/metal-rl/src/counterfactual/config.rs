@@ -60,8 +60,8 @@ pub struct FitConfig {
     /// Share of the labels of the state itself, against the teacher's expectation, in what is known after a look, in
     /// [0, 1]. An expectation that learned a state by heart overrates looks; the labels do not.
     pub lambda: f64,
-    /// Weight of a move's label that was judged after other looks than those it is learned for (only with memory), in
-    /// [0, 1].
+    /// Weight of what moving now was worth if it was judged after other looks than those it is learned for (only with
+    /// memory), in [0, 1].
     pub inexact: f64,
     /// Decay of the weights per training step, in units of the step size.
     pub weight_decay: f64,
@@ -74,14 +74,14 @@ pub struct FitConfig {
 impl Default for FitConfig {
     fn default() -> Self {
         Self {
-            batches: 1500,
+            batches: 3000,
             batch: 64,
             refresh: 150,
             own_looks: 0.7,
             more_than_allowed: false,
             looks_per_sample: 2,
             lambda: 1.0,
-            inexact: 0.25,
+            inexact: 0.1,
             weight_decay: 0.1,
             averaged: 0.3,
             final_rate: 0.02,
@@ -111,6 +111,11 @@ pub struct CounterfactualConfig {
     /// world's own over the first half of the iterations. 0: episodes are as long as the world's from the beginning. A
     /// bad student is soon where no move makes a difference any more, and would learn from hardly anything else.
     pub first_drives: usize,
+    /// Probability, in [0, 1], that in a motor step of the student's own drives looks are left to chance: one slot is
+    /// looked at, or nobody, in this step and up to five more. Looks move nothing, but with memory they decide what is
+    /// known later: a student who always looks has never been where somebody is who did not, and would judge those places
+    /// by guesswork.
+    pub wander: f64,
     /// Share of visited states that are judged, in (0, 1].
     pub judged: f64,
     /// Motor steps of a roll-out before the student's own value stands in for the rest.
@@ -119,8 +124,15 @@ pub struct CounterfactualConfig {
     pub bootstrap: bool,
     /// Discount per motor action, in [0, 1).
     pub gamma: f64,
-    /// Iterations over which the price of looking that is learned from rises from 0 to the true one.
+    /// First iterations, in which looks cost nothing and everybody is looked at before every move: whoever can drive
+    /// with open eyes finds out soon which looks it can do without, while a student that knows nothing learns neither
+    /// from the other. The last iteration is never one of them, however few there are.
+    pub wide_eyed: usize,
+    /// Iterations after them over which the price of looking that is learned from rises from 0 to the true one.
     pub price_ramp: usize,
+    /// Half-way through the iterations, if looks cost their full price by then, members that get less than this share of all looks are dismissed, in [0, 1): the
+    /// fewer there are to choose from, the better the choice is learned. 0: nobody is.
+    pub dismissal: f64,
     /// How much worse than the best so far an iterate may be, as a share of the best one's cost at the price learned
     /// from, before the student goes back to the best; infinite: never back. A student that stops looking gets into
     /// states in which looking is of no use any more, and would stay blind.
@@ -139,14 +151,17 @@ impl Default for CounterfactualConfig {
             memory: MemoryConfig::default(),
             network: NetworkConfig::default(),
             fit: FitConfig::default(),
-            iterations: 12,
+            iterations: 18,
             window: 5,
             first_drives: 10,
-            judged: 0.5,
+            wander: 0.3,
+            judged: 0.8,
             horizon: 10,
             bootstrap: true,
             gamma: 0.93,
-            price_ramp: 6,
+            wide_eyed: 2,
+            price_ramp: 5,
+            dismissal: 0.1,
             tolerance: 0.1,
             validation_runs: 100,
             patience: 0,
@@ -162,6 +177,13 @@ impl CounterfactualConfig {
         self.memory.looks > 0 && matches!(self.looks, LookRule::Adaptive { .. })
     }
 
+    /// First iterations in which everybody is looked at: those that were asked for, but never all there are, since who
+    /// looks at everybody learns nothing about its own looks.
+    #[must_use]
+    pub fn wide_eyed_iterations(&self) -> usize {
+        self.wide_eyed.min(self.iterations.saturating_sub(1))
+    }
+
     /// Refuses settings outside their range.
     ///
     /// # Errors
@@ -173,10 +195,14 @@ impl CounterfactualConfig {
         count("iterations", self.iterations, 1..=10_000)?;
         count("window", self.window, 1..=10_000)?;
         count("first_drives", self.first_drives, 0..=1_000_000)?;
+        within("wander", self.wander, (0.0..=1.0).contains(&self.wander), "must be in [0, 1]")?;
         share("judged", self.judged)?;
         count("horizon", self.horizon, 1..=100_000)?;
         within("gamma", self.gamma, (0.0..1.0).contains(&self.gamma), "must be in [0, 1)")?;
+        count("wide_eyed", self.wide_eyed, 0..=10_000)?;
         count("price_ramp", self.price_ramp, 0..=10_000)?;
+        let dismissal = self.dismissal;
+        within("dismissal", dismissal, (0.0..1.0).contains(&dismissal), "must be in [0, 1)")?;
         within("tolerance", self.tolerance, self.tolerance >= 0.0, "must be at least 0")?;
         count("validation_runs", self.validation_runs, 1..=1_000_000)?;
         count("patience", self.patience, 0..=10_000)
@@ -271,6 +297,7 @@ mod tests {
         assert_eq!(CounterfactualConfig::default().validate(), Ok(()));
         assert_eq!(field(&|c| c.gamma = 1.0), "gamma");
         assert_eq!(field(&|c| c.judged = 0.0), "judged");
+        assert_eq!(field(&|c| c.wide_eyed = 10_001), "wide_eyed");
         assert_eq!(field(&|c| c.fit.final_rate = f64::NAN), "fit.final_rate");
         assert_eq!(field(&|c| c.network.ensemble = 0), "network.ensemble");
         assert_eq!(

@@ -16,7 +16,8 @@ const SMALLEST: f64 = 1e-3;
 ///
 /// # Formula
 /// move a, seen through mask m: Q(s, a) − max Q(s, ·);  value: max Q(s, ·);
-/// look i at mask m: −share · priceᵢ + max( moves, open looks | m + i ),  on the same state, by a copy of the student
+/// moving now: what the move that a copy of the student prefers turned out to be worth
+/// look i at mask m: −share · priceᵢ + max( moving now, open looks | m + i ),  on the same state, by that copy
 ///
 /// # Panics
 /// If there is no data.
@@ -27,7 +28,7 @@ pub fn fit(student: &mut Student, data: &[&Judged], price_share: f64, streams: &
     let lesson = |name: &str, n: usize, outputs: usize| {
         Lesson::new(student, (outputs, settings.batch), streams.child(name).nth(n as u64).stream("fit"))
     };
-    let choices = student.actions() + student.layout().slots();
+    let choices = student.stop() + 1;
     let mut pupils: Vec<Lesson> =
         (0..student.config().network.ensemble).map(|n| lesson("choices", n, choices)).collect();
     let mut value = lesson("value", 0, 1);
@@ -77,10 +78,8 @@ pub(super) fn scale(data: &[&Judged]) -> Scale {
     let n = data.len().max(1) as f64;
     let centre = data.iter().map(|j| j.value).sum::<f64>() / n;
     let variance = data.iter().map(|j| (j.value - centre) * (j.value - centre)).sum::<f64>() / n;
-    let square = |j: &&Judged| {
-        let own = j.worths.first().map_or(&[][..], |w| &w.advantages);
-        own.iter().map(|a| a * a).sum::<f64>() / own.len().max(1) as f64
-    };
+    let square =
+        |j: &&Judged| j.advantages.iter().map(|a| a * a).sum::<f64>() / j.advantages.len().max(1) as f64;
     let advantage = (data.iter().map(square).sum::<f64>() / n).sqrt();
     Scale { advantage: advantage.max(SMALLEST), value: variance.sqrt().max(SMALLEST), centre }
 }
@@ -169,10 +168,11 @@ impl Lesson {
         let unit = teacher.scale().advantage;
         for row in 0..self.rows {
             let (judged, mask) = self.draw(row, teacher, data);
-            let (worth, exact) = judged.worth(mask);
-            let weight = if exact { 1.0 } else { teacher.config().fit.inexact as f32 };
-            for (action, advantage) in worth.iter().enumerate() {
-                self.label((row, action), advantage / unit, weight);
+            for (action, advantage) in judged.advantages.iter().enumerate() {
+                self.label((row, action), advantage / unit, 1.0);
+            }
+            if !teacher.open_looks(mask).is_empty() {
+                self.label_stop(row, (judged, mask), teacher);
             }
             for _ in 0..teacher.config().fit.looks_per_sample {
                 self.label_look(row, (judged, mask), teacher, price_share);
@@ -193,6 +193,14 @@ impl Lesson {
         let at = row * self.outputs + output;
         self.targets[at] = target as f32;
         self.weights[at] = weight;
+    }
+
+    /// What the move that the teacher prefers turned out to be worth.
+    fn label_stop(&mut self, row: usize, (judged, mask): (&Judged, IndexSet), teacher: &Student) {
+        teacher.evaluate(&self.inputs[row * self.width..(row + 1) * self.width], &mut self.scratch);
+        let (worth, exact) = judged.stop(mask, teacher.best_move(&self.scratch));
+        let weight = if exact { 1.0 } else { teacher.config().fit.inexact as f32 };
+        self.label((row, teacher.stop()), worth / teacher.scale().advantage, weight);
     }
 
     /// One look that is open at the mask, drawn at random, if there is any.
@@ -220,26 +228,24 @@ impl Lesson {
             Rule::Scheduled { .. } => teacher.rule().due(judged.clock).unwrap_or_default(),
             Rule::Adaptive { max_looks, .. } => {
                 if self.rng.chance(teacher.config().fit.own_looks) {
-                    if judged.worths.len() > 1 && self.rng.chance(0.5) {
-                        return judged.worths[self.rng.below(judged.worths.len())].looks;
+                    if !judged.stops.is_empty() && self.rng.chance(0.5) {
+                        return judged.stops[self.rng.below(judged.stops.len())].looks;
                     }
                     self.own_looks(teacher, judged)
                 } else {
-                    let slots = teacher.layout().slots();
-                    self.any_looks(
-                        slots,
-                        if teacher.config().fit.more_than_allowed { slots } else { max_looks },
-                    )
+                    let more = teacher.config().fit.more_than_allowed;
+                    self.any_looks(teacher.kept(), if more { teacher.kept().len() } else { max_looks })
                 }
             }
         }
     }
 
-    fn any_looks(&mut self, slots: usize, most: usize) -> IndexSet {
-        let size = self.rng.below(most.min(slots) + 1);
+    fn any_looks(&mut self, among: IndexSet, most: usize) -> IndexSet {
+        let size = self.rng.below(most.min(among.len()) + 1);
         let mut mask = IndexSet::EMPTY;
         while mask.len() < size {
-            mask = mask.with(self.rng.below(slots));
+            let open = among.minus(mask);
+            mask = open.iter().nth(self.rng.below(open.len())).map_or(among, |slot| mask.with(slot));
         }
         mask
     }
@@ -278,17 +284,16 @@ fn look_worth(
     loop {
         teacher.layout().mask(&judged.full, after, masked);
         teacher.evaluate(masked, scratch);
-        let action = teacher.best_move(scratch);
         let look = teacher.preferred_look(after, scratch);
-        let best = look.map_or(scratch.values[action], |(_, worth)| worth) - spent;
+        let best = look.map_or(scratch.values[teacher.stop()], |(_, worth)| worth) - spent;
         let expected = *expected.get_or_insert(best);
         if lambda <= 0.0 {
             return expected;
         }
         let Some((next, _)) = look else {
-            let (worth, exact) = judged.worth(after);
+            let (worth, exact) = judged.stop(after, teacher.best_move(scratch));
             let lambda = if exact { lambda } else { 0.0 };
-            return (1.0 - lambda) * expected + lambda * (worth[action] - spent);
+            return (1.0 - lambda) * expected + lambda * (worth - spent);
         };
         after = after.with(next);
         spent += price_share * teacher.prices()[next];
@@ -299,7 +304,6 @@ fn look_worth(
 mod tests {
     use super::*;
     use crate::counterfactual::config::{CounterfactualConfig, FitConfig};
-    use crate::counterfactual::judge::Worth;
     use crate::counterfactual::student::StudentShape;
 
     fn student(rule: Rule, fit: FitConfig) -> Student {
@@ -312,8 +316,14 @@ mod tests {
     fn state(bit: bool, noise: f32) -> Judged {
         let right = usize::from(bit);
         let advantages = (0..2).map(|a| if a == right { 0.0 } else { -10.0 }).collect();
-        let own = Worth { looks: IndexSet::EMPTY, advantages };
-        Judged { full: vec![right as f32, noise, 1.0, 1.0], clock: 0, worths: vec![own], value: -3.0 }
+        Judged {
+            full: vec![right as f32, noise, 1.0, 1.0],
+            clock: 0,
+            looks: IndexSet::EMPTY,
+            advantages,
+            value: -3.0,
+            stops: Vec::new(),
+        }
     }
 
     const FREE: Rule = Rule::Adaptive { min_looks: 0, max_looks: 2 };
@@ -325,8 +335,8 @@ mod tests {
         let (mut scratch, mut again) = (student.scratch(), student.scratch());
         let worth = look_worth(&student, &judged, (IndexSet::EMPTY, 1), 0.5, (&mut masked, &mut scratch));
         student.evaluate(&[0.0, 0.4, 0.0, 1.0], &mut again);
-        // Moves 0 and 1, or a look at slot 0; slot 1 has been looked at.
-        let best = again.values[0].max(again.values[1]).max(again.values[2]);
+        // Moving now, or a look at slot 0; slot 1 has been looked at.
+        let best = again.values[2].max(again.values[4]);
         assert_eq!(worth, best - 0.5 * 0.5);
     }
 
@@ -337,7 +347,7 @@ mod tests {
         let (judged, mut masked, mut scratch) = (state(true, 0.4), vec![0.0; 4], student.scratch());
         let worth = look_worth(&student, &judged, (IndexSet::EMPTY, 0), 1.0, (&mut masked, &mut scratch));
         student.evaluate(&[1.0, 0.0, 1.0, 0.0], &mut scratch);
-        assert_eq!(worth, judged.worths[0].advantages[student.best_move(&scratch)] - 2.0);
+        assert_eq!(worth, judged.advantages[student.best_move(&scratch)] - 2.0);
     }
 
     #[test]

@@ -16,8 +16,11 @@ pub struct MemoryConfig {
     pub action: bool,
 }
 
+/// Motor steps without a look that are as good as any longer time.
+const LONG: f32 = 20.0;
+
 /// Where everything lies in the input: readings by slot (null: zeros), one bit per slot that says "was looked at",
-/// remembered readings with their age, the last motor action.
+/// remembered readings with their age, the last motor action, and for how long nobody was looked at.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
     offsets: Vec<usize>,
@@ -45,6 +48,12 @@ impl Layout {
     /// Length of the input.
     #[must_use]
     pub fn width(&self) -> usize {
+        self.unseen_at() + usize::from(self.memory.looks > 0)
+    }
+
+    /// Where a student with a memory is told for how long it has looked at nobody. When everything is forgotten, all
+    /// moments would look alike, and whoever thinks that one blind step does no harm would take one after the other.
+    fn unseen_at(&self) -> usize {
         self.action_at() + if self.memory.action { self.actions } else { 0 }
     }
 
@@ -89,6 +98,7 @@ pub struct Gaze {
     input: Vec<f32>,
     attended: IndexSet,
     ages: Vec<usize>,
+    unseen: usize,
     clock: usize,
 }
 
@@ -100,6 +110,7 @@ impl Gaze {
             input: vec![0.0; layout.width()],
             attended: IndexSet::EMPTY,
             ages: vec![0; layout.slots() * layout.memory.looks],
+            unseen: 0,
             clock: 0,
         }
     }
@@ -108,7 +119,7 @@ impl Gaze {
     pub fn reset(&mut self) {
         self.input.fill(0.0);
         self.ages.fill(0);
-        (self.attended, self.clock) = (IndexSet::EMPTY, 0);
+        (self.attended, self.unseen, self.clock) = (IndexSet::EMPTY, 0, 0);
     }
 
     /// The network's input.
@@ -149,11 +160,15 @@ impl Gaze {
         }
         let now = ..layout.readings() + layout.slots();
         self.input[now].fill(0.0);
+        self.unseen = if self.attended.is_empty() { self.unseen + 1 } else { 0 };
         self.attended = IndexSet::EMPTY;
         if layout.memory.action {
             let at = layout.action_at();
-            self.input[at..].fill(0.0);
+            self.input[at..at + layout.actions].fill(0.0);
             self.input[at + action] = 1.0;
+        }
+        if layout.memory.looks > 0 {
+            self.input[layout.unseen_at()] = (self.unseen as f32 / LONG).min(1.0);
         }
         self.clock += 1;
     }

@@ -2,7 +2,7 @@
 
 use super::config::CounterfactualConfig;
 use super::fit::{fit, scale};
-use super::judge::{Judge, Judged, Pupil, Worth};
+use super::judge::{Judge, Judged, Pupil};
 use super::rule::{LookRule, UnknownMember};
 use super::sight::gather;
 use super::student::{Student, StudentShape};
@@ -17,6 +17,7 @@ use crate::phase::{Budget, Phase};
 use crate::policies::Counterfactual;
 use crate::random::Streams;
 use crate::run::{Stage, run};
+use crate::set::IndexSet;
 use crate::view::Scaling;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -194,11 +195,12 @@ impl Course {
         let drive = own_drive(phase, (iteration, config.iterations), horizon);
         let Budget::Steps(own_steps) = drive.budget else { unreachable!("own drives are counted in steps") };
         let limit = drive_limit((iteration, config.iterations), config.first_drives, horizon);
+        self.student.set_wide_eyed(iteration < config.wide_eyed_iterations());
         let sights = gather(school, &self.student, (&drive, limit), &streams.child("drive"), observer)?;
         let Some(sights) = sights else {
             return Err(CounterfactualError::NoCopies(school.environment.spec().id.clone()));
         };
-        let price_share = price_share(iteration, config.price_ramp);
+        let price_share = price_share(iteration, (config.wide_eyed_iterations(), config.price_ramp));
         let pupil = Pupil {
             student: &self.student,
             members: school.members,
@@ -216,6 +218,9 @@ impl Course {
         self.student.set_scale(scale(&data));
         let loss = fit(&mut self.student, &data, price_share, &streams.child("fit"));
         let tally = self.validate(school, phase, config.validation_runs)?;
+        if iteration == config.iterations / 2 && price_share >= 1.0 && iteration + 1 < config.iterations {
+            self.student.keep(kept(&tally.asked, self.student.kept(), config.dismissal));
+        }
         let mean = |sum: f64| sum / tally.steps.max(1) as f64;
         self.note(Iterate {
             own_steps,
@@ -242,8 +247,13 @@ impl Course {
     fn note(&mut self, iterate: Iterate) {
         self.diary.push(iterate);
         self.past.push(self.student.clone());
+        // Who looks at everybody tells nothing about how good the same student's own looks are.
+        let free = self.student.config().wide_eyed_iterations();
+        if self.diary.len() <= free {
+            return;
+        }
         let share = iterate.price_share;
-        let best = best(&self.diary, share);
+        let best = free + best(&self.diary[free..], share);
         let record = self.diary[best].at_price(share);
         if iterate.at_price(share) < record - self.student.config().tolerance * record.abs() {
             self.student = self.past[best].clone();
@@ -271,17 +281,33 @@ impl Course {
             policy: &mut driver,
             scaling: school.scaling,
         };
-        let mut tally = Tally::default();
+        let mut tally = Tally { roster: school.roster.clone(), ..Tally::default() };
+        tally.asked.resize(school.roster.len(), 0);
         let test = Phase::evaluation("validation", phase.roster, runs);
         run(&mut stage, &test, &self.streams.child("validation"), &mut tally)?;
         Ok(tally)
     }
 }
 
-/// The share of its price that a look costs in `iteration` (from 0), when the price rises over `ramp` iterations.
+/// The share of its price that a look costs in `iteration` (from 0): nothing in the first `free` ones and in one more,
+/// then ever more over `ramp` iterations.
 #[must_use]
-pub fn price_share(iteration: usize, ramp: usize) -> f64 {
-    if ramp == 0 { 1.0 } else { (iteration as f64 / ramp as f64).min(1.0) }
+pub fn price_share(iteration: usize, (free, ramp): (usize, usize)) -> f64 {
+    let paid = iteration.saturating_sub(free) as f64;
+    if iteration < free {
+        0.0
+    } else if ramp == 0 {
+        1.0
+    } else {
+        (paid / ramp as f64).min(1.0)
+    }
+}
+
+/// The slots among `before` that were `asked` often enough; all, if nobody was.
+fn kept(asked: &[usize], before: IndexSet, least: f64) -> IndexSet {
+    let all = asked.iter().sum::<usize>() as f64;
+    let enough = |&slot: &usize| asked[slot] as f64 >= least * all;
+    if all == 0.0 { before } else { before.iter().filter(enough).collect() }
 }
 
 /// Motor steps after which own drives begin anew: from `first` to `horizon` over the first half of all iterations.
@@ -296,8 +322,7 @@ fn drive_limit((iteration, iterations): (usize, usize), first: usize, horizon: u
 
 /// The share of moments at which the worst move costs less than a tenth of what it costs on average.
 fn idle(judged: &[Judged]) -> f64 {
-    let worst = |w: &Worth| w.advantages.iter().copied().fold(0.0, f64::min);
-    let spread = |j: &Judged| -j.worths.first().map_or(0.0, worst);
+    let spread = |j: &Judged| -j.advantages.iter().copied().fold(0.0, f64::min);
     let spreads: Vec<f64> = judged.iter().map(spread).collect();
     let n = spreads.len().max(1) as f64;
     let mean = spreads.iter().sum::<f64>() / n;
@@ -327,10 +352,15 @@ struct Tally {
     price: f64,
     looks: usize,
     steps: usize,
+    roster: Vec<usize>,
+    asked: Vec<usize>,
 }
 
 impl Observer for Tally {
     fn on_step(&mut self, step: &Step<'_>) {
+        for (asked, &member) in self.asked.iter_mut().zip(&self.roster) {
+            *asked += usize::from(step.state.opinion(member).is_some());
+        }
         self.motor += step.motor_reward;
         self.price += step.look_price;
         self.looks += step.percept.read().len();
@@ -341,13 +371,21 @@ impl Observer for Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::set::IndexSet;
 
     #[test]
     fn the_price_rises_from_nothing_to_all_of_it() {
-        let shares: Vec<f64> = (0..6).map(|i| price_share(i, 4)).collect();
-        assert_eq!(shares, [0.0, 0.25, 0.5, 0.75, 1.0, 1.0]);
-        assert_eq!(price_share(0, 0), 1.0);
+        let shares: Vec<f64> = (0..8).map(|i| price_share(i, (2, 4))).collect();
+        assert_eq!(shares, [0.0, 0.0, 0.0, 0.25, 0.5, 0.75, 1.0, 1.0]);
+        assert_eq!(price_share(0, (0, 0)), 1.0);
+        assert_eq!(price_share(0, (1, 0)), 0.0);
+    }
+
+    #[test]
+    fn who_is_hardly_asked_is_dismissed() {
+        let all = IndexSet::first(3);
+        assert_eq!(kept(&[90, 9, 1], all, 0.05), IndexSet::first(2));
+        assert_eq!(kept(&[90, 9, 1], all.without(1), 0.0), all.without(1));
+        assert_eq!(kept(&[0, 0, 0], all, 0.05), all);
     }
 
     #[test]

@@ -19,31 +19,35 @@ pub struct Judged {
     pub full: Vec<f32>,
     /// Motor steps since the beginning of the episode.
     pub clock: usize,
-    /// What moves are worth after different looks; the student's own looks come first.
-    pub worths: Vec<Worth>,
-    /// Value of the best motor action after the student's own looks.
+    /// Slots that the student looked at before its move.
+    pub looks: IndexSet,
+    /// Value of each motor action after these looks, minus that of the best.
+    pub advantages: Vec<f64>,
+    /// Value of the best motor action after these looks.
     pub value: f64,
+    /// What moving was worth after these looks (first) and after others. Empty if looks leave no trace: then moves are
+    /// worth the same after any.
+    pub stops: Vec<Stop>,
 }
 
-/// What moves are worth after some looks.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Worth {
+/// What it is worth to stop looking and to make the move that the student finds best then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
     /// Slots that were looked at before the move, and are remembered after it.
     pub looks: IndexSet,
-    /// Value of each motor action minus that of the best after the student's own looks.
-    pub advantages: Vec<f64>,
+    /// Value of the move, minus that of the best move after the student's own looks.
+    pub worth: f64,
 }
 
 impl Judged {
-    /// The worth of moves after looks at `mask`, and whether it was judged for these very looks. Others stand in where
-    /// it was not: those that differ least. What was seen matters to the future only through memory, so a student
-    /// without memory is judged once for all looks.
+    /// What moving after looks at `mask` turned out to be worth, if the move is `action` where looks leave no trace; and
+    /// whether it was judged for these very looks. Others stand in where it was not: those that differ least.
     #[must_use]
-    pub fn worth(&self, mask: IndexSet) -> (&[f64], bool) {
-        let differ = |w: &Worth| w.looks.minus(mask).union(mask.minus(w.looks)).len();
+    pub fn stop(&self, mask: IndexSet, action: usize) -> (f64, bool) {
+        let differ = |s: &Stop| s.looks.minus(mask).union(mask.minus(s.looks)).len();
         let nearest =
-            self.worths.iter().reduce(|best, next| if differ(next) < differ(best) { next } else { best });
-        nearest.map_or((&[], false), |w| (&w.advantages, self.worths.len() == 1 || w.looks == mask))
+            self.stops.iter().reduce(|best, next| if differ(next) < differ(best) { next } else { best });
+        nearest.map_or((self.advantages[action], true), |s| (s.worth, s.looks == mask))
     }
 }
 
@@ -171,35 +175,76 @@ impl<'a> Desk<'a> {
         }
         let full = self.gaze.input().to_vec();
         let own = sight.gaze.attended();
-        let mut worths = vec![self.worth(&sight, &full, own)?];
-        if self.student.remembers_free_looks() {
-            let other = self.other_looks(own, &mut sight.streams.stream("looks"));
-            worths.push(self.worth(&sight, &full, other)?);
-        }
-        let value = num::max(&worths[0].advantages);
-        worths.iter_mut().flat_map(|w| &mut w.advantages).for_each(|v| *v -= value);
-        Ok(Judged { full, clock: sight.gaze.clock(), worths, value })
-    }
-
-    /// Looks that the student could have taken instead of its own: one less or one more.
-    fn other_looks(&self, own: IndexSet, rng: &mut Rng) -> IndexSet {
-        let more = IndexSet::first(self.pupil.roster.len()).minus(own);
-        let drop = !own.is_empty() && (more.is_empty() || rng.chance(0.5));
-        let from = if drop { own } else { more };
-        let slot = from.iter().nth(rng.below(from.len().max(1)));
-        slot.map_or(own, |slot| if drop { own.without(slot) } else { own.with(slot) })
-    }
-
-    /// The value of every motor action after `looks`.
-    fn worth(&mut self, sight: &Sight, full: &[f32], looks: IndexSet) -> Result<Worth, EnvironmentError> {
         let mut advantages = Vec::with_capacity(self.student.actions());
         for action in 0..self.student.actions() {
-            let mut world = sight.world.fork().expect("a copied world can be copied");
-            self.gaze.clone_from(&sight.gaze);
-            self.gaze.see_through(self.student.layout(), full, looks);
-            advantages.push(self.roll_out(world.as_mut(), action)?);
+            advantages.push(self.worth(&sight, (&full, own), Some(action))?);
         }
-        Ok(Worth { looks, advantages })
+        let value = num::max(&advantages);
+        let stops = self.stops(&mut sight, &full, &advantages)?;
+        let relative = |s: Stop| Stop { worth: s.worth - value, ..s };
+        let stops = stops.into_iter().map(relative).collect();
+        advantages.iter_mut().for_each(|v| *v -= value);
+        Ok(Judged { full, clock: sight.gaze.clock(), looks: own, advantages, value, stops })
+    }
+
+    /// What moving is worth after the student's own looks and after others, if that makes a difference.
+    fn stops(
+        &mut self,
+        sight: &mut Sight,
+        full: &[f32],
+        values: &[f64],
+    ) -> Result<Vec<Stop>, EnvironmentError> {
+        if !self.student.remembers_free_looks() {
+            return Ok(Vec::new());
+        }
+        let own = sight.gaze.attended();
+        let action = self.preferred_move(sight, (full, own));
+        let mut stops = vec![Stop { looks: own, worth: values[action] }];
+        for looks in self.other_looks(own, &mut sight.streams.stream("looks")) {
+            if stops.iter().all(|s| s.looks != looks) {
+                stops.push(Stop { looks, worth: self.worth(sight, (full, looks), None)? });
+            }
+        }
+        Ok(stops)
+    }
+
+    /// Looks that the student could have taken instead of its own: none, one less, one more, a single one.
+    fn other_looks(&self, own: IndexSet, rng: &mut Rng) -> [IndexSet; 4] {
+        let kept = self.student.kept();
+        let more = kept.minus(own);
+        let mut any = |from: IndexSet| from.iter().nth(rng.below(from.len().max(1)));
+        let (out, into, single) = (any(own), any(more), any(kept));
+        [
+            IndexSet::EMPTY,
+            out.map_or(own, |slot| own.without(slot)),
+            into.map_or(own, |slot| own.with(slot)),
+            single.map_or(own, |slot| IndexSet::EMPTY.with(slot)),
+        ]
+    }
+
+    /// The gaze of `sight` as if `looks` were all that was looked at.
+    fn see(&mut self, sight: &Sight, (full, looks): (&[f32], IndexSet)) {
+        self.gaze.clone_from(&sight.gaze);
+        self.gaze.see_through(self.student.layout(), full, looks);
+    }
+
+    fn preferred_move(&mut self, sight: &Sight, seen: (&[f32], IndexSet)) -> usize {
+        self.see(sight, seen);
+        self.student.evaluate(self.gaze.input(), &mut self.scratch);
+        self.student.best_move(&self.scratch)
+    }
+
+    /// The value of `action`, or of the move that the student prefers, after some looks.
+    fn worth(
+        &mut self,
+        sight: &Sight,
+        seen: (&[f32], IndexSet),
+        action: Option<usize>,
+    ) -> Result<f64, EnvironmentError> {
+        let action = action.unwrap_or_else(|| self.preferred_move(sight, seen));
+        let mut world = sight.world.fork().expect("a copied world can be copied");
+        self.see(sight, seen);
+        self.roll_out(world.as_mut(), action)
     }
 
     /// What `action` is worth from here: r + γ (looks and moves of the student) + … + its own value of what is left.
@@ -250,8 +295,10 @@ impl<'a> Desk<'a> {
             member.read(world, &mut self.percept, &mut self.block)?
         } else {
             let price = member.consult(index, world, &mut self.percept, &mut self.state)?;
-            if let Some(opinion) = self.state.opinion(index) {
-                self.encoding.write(&opinion, &mut self.block);
+            match self.state.opinion(index) {
+                Some(opinion) => self.encoding.write(&opinion, &mut self.block),
+                // It was asked and had nothing to say: null, and looked at (reading R130).
+                None => self.block.fill(0.0),
             }
             price
         };
@@ -366,9 +413,9 @@ mod tests {
         let slots = IndexSet::EMPTY.with(2);
         let (judged, steps, looks) = judged(Rule::Scheduled { slots, every: 1 }, MemoryConfig::default());
         // γ · share · price of slot 2 = 0.5 · 0.5 · 3 after either move.
-        assert_eq!((judged.value, &judged.worths[0].advantages[..]), (-0.75, &[0.0, -4.0][..]));
-        assert_eq!((judged.worths.len(), steps), (1, 2));
-        assert_eq!(judged.worth(IndexSet::first(2)), (&[0.0, -4.0][..], true), "looks leave no trace");
+        assert_eq!((judged.value, &judged.advantages[..]), (-0.75, &[0.0, -4.0][..]));
+        assert_eq!((judged.stops.len(), steps), (0, 2));
+        assert_eq!(judged.stop(IndexSet::first(2), 1), (-4.0, true), "looks leave no trace");
         // All three sensors once, for the label; in roll-outs what the student attends, and nothing else.
         let rolled: Vec<_> = looks.iter().filter(|(time, _)| *time > 0).collect();
         assert_eq!(rolled, [&(1, 2), &(1, 2)]);
@@ -378,12 +425,14 @@ mod tests {
     #[test]
     fn with_memory_other_looks_are_judged_beside_its_own() {
         let memory = MemoryConfig { looks: 1, steps: 2, action: false };
-        let (judged, steps, _) = judged(Rule::Adaptive { min_looks: 0, max_looks: 2 }, memory);
+        let (judged, steps, looks) = judged(Rule::Adaptive { min_looks: 0, max_looks: 2 }, memory);
         let own = IndexSet::EMPTY.with(2);
-        let other = judged.worths[1].looks;
-        assert_eq!((judged.worths[0].looks, steps), (own, 4));
-        assert!(other.is_empty() || (other.len() == 2 && other.contains(2)), "{other:?}");
-        assert!(judged.worth(own).1 && judged.worth(other).1);
-        assert!(!judged.worth(IndexSet::first(3)).1);
+        assert_eq!((judged.looks, judged.stops[0].looks), (own, own));
+        assert!(judged.stop(IndexSet::EMPTY, 0).1, "the student may always look at nobody");
+        assert!(judged.stops[1..].iter().all(|s| s.looks != own));
+        // Two moves after its own looks, one after each other set; everybody once, for the label.
+        assert_eq!(steps, 2 + judged.stops.len() - 1);
+        assert_eq!(looks.iter().filter(|(time, _)| *time == 0).count(), 3);
+        assert!(!judged.stop(IndexSet::first(3), 0).1);
     }
 }

@@ -48,6 +48,10 @@ pub enum Next {
 /// of the state's best one, so that what is only true of the state cancels), then worth of looking at every slot, in
 /// the same terms. A network of its own, asked only where a roll-out ends, knows the value of the state's best action:
 /// values are some ten times larger than advantages and would drown them.
+///
+/// The last output is the worth of moving *now*: what the move that would be chosen turned out to be worth. The largest
+/// of the moves' own values is no measure of that, because the maximum over noisy estimates flatters; looks, whose
+/// values are means of outcomes, would lose against it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Student {
     config: CounterfactualConfig,
@@ -58,6 +62,8 @@ pub struct Student {
     networks: Vec<Network>,
     value: Network,
     scale: Scale,
+    wide_eyed: bool,
+    kept: IndexSet,
 }
 
 /// Working memory for one student at a time.
@@ -86,7 +92,7 @@ impl Student {
             let mut rng = streams.stream("weights");
             Network::new(&widths(config, &layout, outputs), net.activation, net.adam, &mut rng)
         };
-        let choices = shape.actions + layout.slots();
+        let choices = outputs(shape.actions, &layout);
         let nth = |i: usize| network(choices, &streams.nth(i as u64));
         Ok(Self {
             networks: (0..net.ensemble).map(nth).collect(),
@@ -97,6 +103,8 @@ impl Student {
             prices: shape.prices.clone(),
             actions: shape.actions,
             scale: Scale { advantage: 1.0, value: 1.0, centre: 0.0 },
+            wide_eyed: false,
+            kept: IndexSet::first(shape.blocks.len()),
         })
     }
 
@@ -117,7 +125,7 @@ impl Student {
     ) -> Result<Self, LearnerError> {
         let student: Self = frozen::open(NAME, bytes)?;
         let layout = Layout::new(&shape.blocks, config.memory, shape.actions);
-        let choices = widths(config, &layout, shape.actions + layout.slots());
+        let choices = widths(config, &layout, outputs(shape.actions, &layout));
         let sound = student.config == *config
             && student.layout == layout
             && student.rule == shape.rule
@@ -188,6 +196,27 @@ impl Student {
         self.scale = new;
     }
 
+    /// Slots that may be looked at by free choice at all.
+    #[must_use]
+    pub fn kept(&self) -> IndexSet {
+        self.kept
+    }
+
+    /// From now on only `kept` may be looked at by free choice.
+    pub(super) fn keep(&mut self, kept: IndexSet) {
+        self.kept = kept;
+    }
+
+    /// From now on the student looks at everybody before every move, or no longer does; only where looks are its choice.
+    pub(super) fn set_wide_eyed(&mut self, wide_eyed: bool) {
+        self.wide_eyed = wide_eyed && matches!(self.rule, Rule::Adaptive { .. });
+    }
+
+    /// The slots that must be looked at in motor step `clock`; none: the student is free to choose.
+    fn due(&self, clock: usize) -> Option<IndexSet> {
+        if self.wide_eyed { Some(IndexSet::first(self.layout.slots())) } else { self.rule.due(clock) }
+    }
+
     /// Whether looks are free to choose and remembered, so that a look not taken is missed later on.
     #[must_use]
     pub fn remembers_free_looks(&self) -> bool {
@@ -197,8 +226,8 @@ impl Student {
     /// Working memory of the right size.
     #[must_use]
     pub fn scratch(&self) -> Scratch {
-        let outputs = self.actions + self.layout.slots();
-        Scratch { raw: vec![0.0; outputs], squares: vec![0.0; self.actions], values: vec![0.0; outputs] }
+        let outputs = outputs(self.actions, &self.layout);
+        Scratch { raw: vec![0.0; outputs], squares: vec![0.0; outputs], values: vec![0.0; outputs] }
     }
 
     /// All values for a network input, into `scratch.values`.
@@ -217,11 +246,19 @@ impl Student {
         }
         let caution = self.config.network.caution;
         if caution > 0.0 {
-            for (mean, square) in scratch.values.iter_mut().zip(&scratch.squares) {
-                *mean -= caution * (square - *mean * *mean).max(0.0).sqrt();
+            let (moves, stop) = (0..self.actions, self.stop());
+            for output in moves.chain([stop]) {
+                let (mean, square) = (scratch.values[output], scratch.squares[output]);
+                scratch.values[output] -= caution * (square - mean * mean).max(0.0).sqrt();
             }
         }
         scratch.values.iter_mut().for_each(|value| *value *= self.scale.advantage);
+    }
+
+    /// Which output is the worth of moving now.
+    #[must_use]
+    pub fn stop(&self) -> usize {
+        self.actions + self.layout.slots()
     }
 
     /// The motor action that the values in `scratch` call best.
@@ -233,22 +270,22 @@ impl Student {
     /// Slots that may still be looked at by free choice when `attended` have been.
     pub fn open_looks(&self, attended: IndexSet) -> IndexSet {
         let free = matches!(self.rule, Rule::Adaptive { max_looks, .. } if attended.len() < max_looks);
-        if free { IndexSet::first(self.layout.slots()).minus(attended) } else { IndexSet::EMPTY }
+        if free { self.kept.minus(attended) } else { IndexSet::EMPTY }
     }
 
     /// The look with its worth that the student takes after `attended` by the values in `scratch`; none: it moves.
     #[must_use]
     pub fn preferred_look(&self, attended: IndexSet, scratch: &Scratch) -> Option<(usize, f64)> {
-        let looks = &scratch.values[self.actions..];
+        let looks = &scratch.values[self.actions..self.stop()];
         let open = self.open_looks(attended).iter().map(|slot| (slot, looks[slot]));
         let best = open.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
         let must = matches!(self.rule, Rule::Adaptive { min_looks, .. } if attended.len() < min_looks);
-        (must || best.1 > scratch.values[self.best_move(scratch)]).then_some(best)
+        (must || best.1 > scratch.values[self.stop()]).then_some(best)
     }
 
     /// The next look, or the move, where `gaze` stands. If it is a move, `scratch` holds the values behind it.
     pub fn next(&self, gaze: &Gaze, scratch: &mut Scratch) -> Next {
-        if let Some(due) = self.rule.due(gaze.clock())
+        if let Some(due) = self.due(gaze.clock())
             && let Some(slot) = due.minus(gaze.attended()).iter().next()
         {
             return Next::Look(slot);
@@ -267,6 +304,11 @@ impl Student {
         self.value.forward(gaze.input(), &mut value);
         self.scale.centre + self.scale.value * f64::from(value[0]) + scratch.values[action]
     }
+}
+
+/// Moves, looks, and moving now.
+fn outputs(actions: usize, layout: &Layout) -> usize {
+    actions + layout.slots() + 1
 }
 
 fn widths(config: &CounterfactualConfig, layout: &Layout, outputs: usize) -> Vec<usize> {
@@ -303,25 +345,25 @@ mod tests {
 
     #[test]
     fn a_free_student_looks_as_often_as_it_may_and_must() {
-        let looks = |min_looks, values: [f64; 5], attended| {
+        let looks = |min_looks, values: [f64; 6], attended| {
             let student = student(Rule::Adaptive { min_looks, max_looks: 2 });
             let mut scratch = student.scratch();
             scratch.values = values.to_vec();
             student.preferred_look(attended, &scratch)
         };
         let (nobody, one) = (IndexSet::EMPTY, IndexSet::EMPTY.with(1));
-        let curious = [-9.0, -9.0, 1.0, 3.0, 2.0];
+        let curious = [-9.0, 9.0, 1.0, 3.0, 2.0, -9.0];
         assert_eq!(looks(0, curious, nobody), Some((1, 3.0)));
         assert_eq!(looks(0, curious, one), Some((2, 2.0)));
         assert_eq!(looks(0, curious, one.with(2)), None);
-        let sure = [-9.0, 5.0, 1.0, 3.0, 2.0];
+        let sure = [-9.0, -9.0, 1.0, 3.0, 2.0, 5.0];
         assert_eq!(looks(0, sure, nobody), None);
         assert_eq!(looks(1, sure, nobody), Some((1, 3.0)));
         assert_eq!(looks(1, sure, one), None);
     }
 
     #[test]
-    fn caution_lowers_moves_by_disagreement_and_leaves_looks_alone() {
+    fn caution_lowers_moving_by_disagreement_and_leaves_looks_alone() {
         let network = |caution| NetworkConfig { ensemble: 3, caution, ..NetworkConfig::default() };
         let values = |caution| {
             let config = CounterfactualConfig { network: network(caution), ..Default::default() };
@@ -333,7 +375,8 @@ mod tests {
         };
         let (plain, careful) = (values(0.0), values(1.0));
         assert!(careful[0] < plain[0] && careful[1] < plain[1]);
-        assert_eq!(plain[2..], careful[2..]);
+        assert_eq!(plain[2..5], careful[2..5]);
+        assert!(careful[5] < plain[5]);
     }
 
     #[test]

@@ -3,12 +3,14 @@
 use crate::counterfactual::gaze::Gaze;
 use crate::counterfactual::student::{Next, Scratch, Student};
 use crate::decision::{DecisionState, Encoding};
+use crate::explore::Exploration;
 use crate::policy::{Choice, Policy, Situation};
 use crate::random::Rng;
 use crate::set::IndexSet;
 
-/// Drives by a [`Student`]: looks as the student (or its rule) decides, moves as it finds best. Exploration concerns
-/// moves only: what a look would have been worth is learned without taking it.
+/// Drives by a [`Student`]: looks as the student (or its rule) decides, moves as it finds best. Where moves are explored
+/// and looks are remembered, looks wander, too (see
+/// [`wander`](crate::counterfactual::CounterfactualConfig::wander)).
 #[derive(Clone)]
 pub struct Counterfactual {
     student: Student,
@@ -18,7 +20,18 @@ pub struct Counterfactual {
     scratch: Scratch,
     block: Vec<f64>,
     moved: Option<usize>,
+    errand: Option<Errand>,
 }
+
+/// Looks left to chance: at this slot, or at nobody, in this motor step and some more.
+#[derive(Clone, Copy)]
+struct Errand {
+    slot: Option<usize>,
+    more: usize,
+}
+
+/// Most motor steps in a row in which chance lets nobody be looked at.
+const LONGEST_ERRAND: usize = 6;
 
 impl Counterfactual {
     /// A driver; slot i of the student is member `members[i]`.
@@ -30,7 +43,7 @@ impl Counterfactual {
         assert_eq!(student.layout().slots(), members.len(), "one slot per member");
         let encoding = Encoding { content: student.config().content, ..Encoding::default() };
         let (gaze, scratch) = (Gaze::new(student.layout()), student.scratch());
-        Self { student, encoding, members, gaze, scratch, block: Vec::new(), moved: None }
+        Self { student, encoding, members, gaze, scratch, block: Vec::new(), moved: None, errand: None }
     }
 
     /// What it learned.
@@ -45,17 +58,47 @@ impl Counterfactual {
         &self.gaze
     }
 
+    /// Chance's say in the looks of a new motor step.
+    fn errand(&self, exploration: Exploration, rng: &mut Rng) -> Option<Errand> {
+        let explores = exploration != Exploration::Greedy && self.student.remembers_free_looks();
+        if !explores || !rng.chance(self.student.config().wander) {
+            return None;
+        }
+        let kept = self.student.kept();
+        if rng.chance(0.5) {
+            return Some(Errand { slot: None, more: rng.below(LONGEST_ERRAND) });
+        }
+        Some(Errand { slot: kept.iter().nth(rng.below(kept.len().max(1))), more: 0 })
+    }
+
+    /// The next look or move: by the student, or on an errand.
+    fn next(&mut self) -> Next {
+        match self.errand {
+            None => self.student.next(&self.gaze, &mut self.scratch),
+            Some(Errand { slot: Some(slot), .. }) if !self.gaze.attended().contains(slot) => Next::Look(slot),
+            Some(_) => {
+                self.student.evaluate(self.gaze.input(), &mut self.scratch);
+                Next::Move(self.student.best_move(&self.scratch))
+            }
+        }
+    }
+
     /// Takes in what was said since the last question.
     fn listen(&mut self, state: &DecisionState) {
         for (slot, &member) in self.members.iter().enumerate() {
             if self.gaze.attended().contains(slot) {
                 continue;
             }
-            if let Some(opinion) = state.opinion(member) {
-                self.block.resize(self.student.layout().block(slot).len(), 0.0);
-                self.encoding.write(&opinion, &mut self.block);
-                self.gaze.look(self.student.layout(), slot, &self.block);
+            if !state.attended().contains(member) {
+                continue;
             }
+            self.block.resize(self.student.layout().block(slot).len(), 0.0);
+            match state.opinion(member) {
+                Some(opinion) => self.encoding.write(&opinion, &mut self.block),
+                // It was asked and had nothing to say: null, and looked at (reading R130).
+                None => self.block.fill(0.0),
+            }
+            self.gaze.look(self.student.layout(), slot, &self.block);
         }
     }
 }
@@ -63,7 +106,7 @@ impl Counterfactual {
 impl Policy for Counterfactual {
     fn begin(&mut self, _learning: bool) {
         self.gaze.reset();
-        self.moved = None;
+        (self.moved, self.errand) = (None, None);
     }
 
     fn choose(&mut self, situation: &Situation<'_>, rng: &mut Rng) -> Choice {
@@ -72,13 +115,17 @@ impl Policy for Counterfactual {
             self.gaze.advance(self.student.layout(), action);
         }
         self.listen(situation.state);
-        match self.student.next(&self.gaze, &mut self.scratch) {
+        if self.gaze.attended().is_empty() && self.errand.is_none() {
+            self.errand = self.errand(situation.exploration, rng);
+        }
+        match self.next() {
             Next::Look(slot) => Choice::Consult(self.members[slot]),
             Next::Move(_) => {
                 let actions = self.student.actions();
                 let moves = &mut self.scratch.values[..actions];
                 let action = situation.exploration.choose(moves, IndexSet::first(actions), rng);
                 self.moved = Some(action);
+                self.errand = self.errand.filter(|e| e.more > 0).map(|e| Errand { more: e.more - 1, ..e });
                 Choice::Move(action)
             }
         }

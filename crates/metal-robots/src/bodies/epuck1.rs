@@ -6,16 +6,16 @@
 //! Every speed is sent together with a question for the step counters, so that a dead link is noticed at once. What a
 //! robot does alone when its link dies is up to its firmware: BTcom keeps the last speed, so keep within reach.
 
-use super::{may_come_back, part};
-use crate::body::{About, Body, INFRARED, InfraredScale, Wheels};
+use super::part;
+use super::real::{self, OnLine};
+use crate::body::{About, Body, Feelings, INFRARED, InfraredScale, Wheels};
 use crate::epuck::ascii::{self, Camera, Command};
 use crate::epuck::binary::{self, Answer, Firmware, MOST_STEPS, Request};
-use crate::epuck::{metres_per_second, steps_per_second};
+use crate::epuck::metres_per_second;
 use crate::error::{BodyError, ProtocolError};
 use crate::link::{Line, Meter, Opener, Patience};
 use crate::picture::{Picture, decode_565};
 use metal_worlds::highway::camera::Window;
-use std::time::Duration;
 
 /// Sensor pixels per pixel of the picture.
 const ZOOM: u16 = 8;
@@ -50,34 +50,15 @@ impl Epuck1 {
         let line = Line::new(opener, patience);
         let mut robot = Self { line, options, window: None, version: String::new() };
         robot.line.open()?;
-        robot.greet()?;
+        robot.enter()?;
         Ok(robot)
     }
 
-    /// Asks who is there, stops the wheels and forgets how the camera is set.
-    fn greet(&mut self) -> Result<(), BodyError> {
-        let mut last = BodyError::Lost("nobody was asked".to_owned());
-        for _ in 0..GREETINGS {
-            // Whatever was half said before is ended by the line feed and dropped.
-            match self
-                .line
-                .send(b"\n")
-                .and_then(|()| self.line.forget())
-                .and_then(|()| self.say(Command::Version))
-            {
-                Ok(answer) => {
-                    self.version = answer.text;
-                    self.window = None;
-                    self.say(Command::Speeds([0, 0]))?;
-                    return Ok(());
-                }
-                Err(error) => last = error,
-            }
-            if !self.line.is_open() {
-                self.line.open()?;
-            }
-        }
-        Err(last)
+    /// Asks who is there. Whatever was half said before is ended by the line feed and dropped.
+    fn greet(&mut self) -> Result<String, BodyError> {
+        self.line.send(b"\n")?;
+        self.line.forget()?;
+        self.say(Command::Version).map(|answer| answer.text)
     }
 
     /// Says a line and waits for the line that answers it.
@@ -95,19 +76,7 @@ impl Epuck1 {
 
     /// Sends a run of requests and reads the answers; opens the line again if it is lost.
     fn run(&mut self, requests: &[Request]) -> Result<Vec<Answer>, BodyError> {
-        if !self.line.is_open() {
-            self.line.reopen()?;
-            self.greet()?;
-        }
-        match self.run_once(requests) {
-            Err(error) if may_come_back(&error) => {
-                self.line.reopen()?;
-                self.greet()?;
-                // A picture needs the camera's mode, which the robot may have forgotten: its caller asks again.
-                if requests.contains(&Request::Picture) { Err(error) } else { self.run_once(requests) }
-            }
-            outcome => outcome,
-        }
+        self.persist(|robot| robot.run_once(requests))
     }
 
     fn run_once(&mut self, requests: &[Request]) -> Result<Vec<Answer>, BodyError> {
@@ -136,7 +105,7 @@ impl Epuck1 {
 
     fn shoot(&mut self, window: Window) -> Result<Picture, BodyError> {
         self.aim(window)?;
-        let answers = self.run(&[Request::Picture])?;
+        let answers = self.run_once(&[Request::Picture])?;
         let Some(Answer::Picture(raw)) = answers.into_iter().next() else {
             return Err(ProtocolError::Unexpected("an answer that is no picture".to_owned()).into());
         };
@@ -147,6 +116,29 @@ impl Epuck1 {
             return Err(ProtocolError::Unexpected(found).into());
         }
         Ok(decode_565(columns, &raw.bytes)?)
+    }
+}
+
+impl OnLine for Epuck1 {
+    fn line(&mut self) -> &mut Line {
+        &mut self.line
+    }
+
+    /// Asks who is there, stops the wheels and forgets how the camera is set.
+    fn enter(&mut self) -> Result<(), BodyError> {
+        let mut greeted = self.greet();
+        for _ in 1..GREETINGS {
+            if greeted.is_ok() {
+                break;
+            }
+            if !self.line.is_open() {
+                self.line.open()?;
+            }
+            greeted = self.greet();
+        }
+        self.version = greeted?;
+        self.window = None;
+        self.say(Command::Speeds([0, 0])).map(|_| ())
     }
 }
 
@@ -168,7 +160,7 @@ impl Body for Epuck1 {
     }
 
     fn infrared_scale(&self) -> InfraredScale {
-        InfraredScale { idle: 0.0, factor: 1.0 }
+        real::INFRARED_SCALE
     }
 
     fn crops(&self) -> bool {
@@ -176,26 +168,21 @@ impl Body for Epuck1 {
     }
 
     fn drive(&mut self, wheels: Wheels) -> Result<(), BodyError> {
-        let speeds = [wheels.left_mps, wheels.right_mps].map(|s| steps_per_second(s, MOST_STEPS));
-        self.run(&[Request::Speeds(speeds), Request::GetSteps]).map(|_| ())
+        self.run(&[Request::Speeds(real::steps(wheels, MOST_STEPS)), Request::GetSteps]).map(|_| ())
     }
 
     fn pass(&mut self, secs: f64) -> Result<(), BodyError> {
-        std::thread::sleep(Duration::from_secs_f64(secs));
+        real::pass(secs);
         Ok(())
     }
 
     fn tick_secs(&self) -> f64 {
-        0.05
+        real::TICK_SECS
     }
 
     fn picture(&mut self, window: Window) -> Result<Picture, BodyError> {
         let asked = if self.options.crop { window } else { Window::WHOLE };
-        // Once more after a loss: by then the line is open again.
-        let picture = match self.shoot(asked) {
-            Err(error) if may_come_back(&error) => self.shoot(asked)?,
-            outcome => outcome?,
-        };
+        let picture = self.persist(|robot| robot.shoot(asked))?;
         Ok(if self.options.crop { picture } else { part(&picture, window) })
     }
 
@@ -205,6 +192,47 @@ impl Body for Epuck1 {
             return Err(ProtocolError::Unexpected("an answer that is no reading".to_owned()).into());
         };
         Ok(std::array::from_fn(|i| f64::from(levels[i])))
+    }
+
+    fn feel(&mut self) -> Result<Feelings, BodyError> {
+        let second = self.options.firmware == Firmware::Second;
+        let mut requests =
+            vec![Request::GetSteps, Request::RawAcceleration, Request::Ambient, Request::Ground];
+        if second {
+            requests.push(Request::Gyro);
+        }
+        let answers = self.run(&requests)?;
+        let [
+            Answer::Signed(steps),
+            Answer::Signed(raw),
+            Answer::Levels(light),
+            Answer::Levels(ground),
+            rest @ ..,
+        ] = answers.as_slice()
+        else {
+            return Err(ProtocolError::Unexpected("answers that are no readings".to_owned()).into());
+        };
+        // The first robot's converter reads 2000 at no acceleration, the second one's is centred.
+        let (zero, per_g) = if second { (0.0, 760.0) } else { (2000.0, 800.0) };
+        let turn = match rest {
+            [Answer::Signed(turn)] => Some(real::turn_radps(std::array::from_fn(|i| turn[i]))),
+            _ => None,
+        };
+        Ok(Feelings {
+            rolled_m: Some(real::rolled_m([steps[0], steps[1]])),
+            ambient: Some(std::array::from_fn(|i| f64::from(light[i]))),
+            acceleration_mps2: Some(real::acceleration_mps2(std::array::from_fn(|i| raw[i]), zero, per_g)),
+            turn_radps: turn,
+            ground: Some(std::array::from_fn(|i| f64::from(ground[i]))),
+            ahead_m: None,
+        })
+    }
+
+    fn light(&mut self, which: usize, rgb: [u8; 3]) -> Result<(), BodyError> {
+        let Some(which) = u8::try_from(which).ok().filter(|&w| w < 8) else { return Ok(()) };
+        let state = u8::from(rgb != [0; 3]);
+        // A light is not answered; the counters are, so that a dead link is noticed.
+        self.run(&[Request::Light { which, state }, Request::GetSteps]).map(|_| ())
     }
 
     fn meter(&self) -> Meter {

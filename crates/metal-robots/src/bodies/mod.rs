@@ -2,6 +2,7 @@
 
 pub mod epuck1;
 pub mod epuck2;
+mod real;
 pub mod webots;
 
 pub use epuck1::Epuck1;

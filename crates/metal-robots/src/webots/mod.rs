@@ -9,6 +9,7 @@ pub mod news;
 pub mod order;
 pub mod robot;
 pub mod supervisor;
+mod value;
 
 use crate::error::ProtocolError;
 

@@ -1,6 +1,7 @@
 //! What a supervisor may ask and change: nodes by name, their fields, poses, physics.
 
 use super::Release;
+pub use super::value::{Field, Value};
 use crate::bytes::{Reader, Writer};
 use crate::error::ProtocolError;
 
@@ -47,81 +48,6 @@ pub(super) fn write_me(me: &Me, release: Release, w: &mut Writer) {
     w.i32(me.uid).i32(me.parent).flag(me.proto_internal[0]).flag(me.proto_internal[1]);
     write_ancestor(me.ancestor, release, w);
     w.text(&me.model).text(&me.def);
-}
-
-/// The value of a field.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Value {
-    /// A yes or no.
-    Bool(bool),
-    /// A whole number.
-    Int(i32),
-    /// A number.
-    Float(f64),
-    /// Two numbers.
-    Vec2([f64; 2]),
-    /// Three numbers; a place in metres.
-    Vec3([f64; 3]),
-    /// Axis and angle in radians.
-    Rotation([f64; 4]),
-    /// Red, green, blue.
-    Colour([f64; 3]),
-    /// A text.
-    Text(String),
-}
-
-impl Value {
-    /// The number of its type in Webots; a list of such has 16 more.
-    #[must_use]
-    pub fn type_number(&self) -> i32 {
-        match self {
-            Self::Bool(_) => 1,
-            Self::Int(_) => 2,
-            Self::Float(_) => 3,
-            Self::Vec2(_) => 4,
-            Self::Vec3(_) => 5,
-            Self::Rotation(_) => 6,
-            Self::Colour(_) => 7,
-            Self::Text(_) => 8,
-        }
-    }
-
-    fn read(type_number: i32, r: &mut Reader) -> Result<Self, ProtocolError> {
-        Ok(match type_number & 15 {
-            1 => Self::Bool(r.u8()? != 0),
-            2 => Self::Int(r.i32()?),
-            3 => Self::Float(r.f64()?),
-            4 => Self::Vec2(r.many(Reader::f64)?),
-            5 => Self::Vec3(r.many(Reader::f64)?),
-            6 => Self::Rotation(r.many(Reader::f64)?),
-            7 => Self::Colour(r.many(Reader::f64)?),
-            8 => Self::Text(r.text()?),
-            _ => return Err(ProtocolError::Unexpected(format!("a field of type {type_number}"))),
-        })
-    }
-
-    fn write(&self, w: &mut Writer) {
-        match self {
-            Self::Bool(v) => w.flag(*v),
-            Self::Int(v) => w.i32(*v),
-            Self::Float(v) => w.f64(*v),
-            Self::Vec2(v) => w.f64s(v),
-            Self::Vec3(v) | Self::Colour(v) => w.f64s(v),
-            Self::Rotation(v) => w.f64s(v),
-            Self::Text(v) => w.text(v),
-        };
-    }
-}
-
-/// A field of a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Field {
-    /// Number of the node.
-    pub node: u32,
-    /// Number of the field.
-    pub field: u32,
-    /// Whether it lies inside a PROTO.
-    pub internal: bool,
 }
 
 /// What a supervisor wants.
@@ -217,7 +143,7 @@ impl Wish {
                 r.u8()?;
                 Self::FieldByName(node, name)
             }
-            88 => Self::Get(read_field(r)?),
+            88 => Self::Get(Field::read(r)?),
             62 => {
                 let (node, field, type_number, index) = (r.u32()?, r.u32()?, r.i32()?, r.i32()?);
                 if index != -1 {
@@ -242,10 +168,6 @@ impl Wish {
             _ => return Ok(None),
         }))
     }
-}
-
-fn read_field(r: &mut Reader) -> Result<Field, ProtocolError> {
-    Ok(Field { node: r.u32()?, field: r.u32()?, internal: r.u8()? != 0 })
 }
 
 /// A node, as Webots describes it.

@@ -7,6 +7,7 @@ mod png;
 
 pub use car::mini_car;
 pub use png::encode as encode_png;
+pub use png::encode_rgb as encode_png_rgb;
 
 use metal_worlds::highway::camera::{FIELD_OF_VIEW_RAD, PITCH_RAD};
 use metal_worlds::highway::ground::CELL_M;

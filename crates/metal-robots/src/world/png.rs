@@ -1,4 +1,5 @@
-//! Pictures of four colours as PNG: two bits a pixel, stored without compression, so that no library is needed.
+//! Pictures as PNG, stored without compression, so that no library is needed: of four colours in two bits a pixel, or in
+//! full colours.
 
 /// Most bytes of one stored block.
 const BLOCK: usize = 65_535;
@@ -18,12 +19,28 @@ pub fn encode(
             lines.push((0..4).fold(0, |byte, k| byte << 2 | bits(k)));
         }
     }
+    file([columns, rows], [2, 3], palette.as_flattened(), &lines)
+}
+
+/// The bytes of a picture of `columns`, red, green and blue of each pixel row by row.
+#[must_use]
+pub fn encode_rgb(columns: usize, rgb: &[u8]) -> Vec<u8> {
+    let width = (3 * columns).max(1);
+    let lines: Vec<u8> = rgb.chunks_exact(width).flat_map(|row| [&[0], row].concat()).collect();
+    file([columns, rgb.len() / width], [8, 2], &[], &lines)
+}
+
+/// The file around lines of pixels of a format: bits of a sample, and kind of colours.
+fn file([columns, rows]: [usize; 2], format: [u8; 2], palette: &[u8], lines: &[u8]) -> Vec<u8> {
     let mut png = b"\x89PNG\r\n\x1a\n".to_vec();
     let mut header = [(columns as u32).to_be_bytes(), (rows as u32).to_be_bytes()].concat();
-    header.extend([2, 3, 0, 0, 0]);
+    header.extend(format);
+    header.extend([0, 0, 0]);
     chunk(&mut png, b"IHDR", &header);
-    chunk(&mut png, b"PLTE", palette.as_flattened());
-    chunk(&mut png, b"IDAT", &stored(&lines));
+    if !palette.is_empty() {
+        chunk(&mut png, b"PLTE", palette);
+    }
+    chunk(&mut png, b"IDAT", &stored(lines));
     chunk(&mut png, b"IEND", &[]);
     png
 }

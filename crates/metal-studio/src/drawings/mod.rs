@@ -7,7 +7,7 @@ mod timeline;
 
 use crate::hub::{Hub, lock};
 use crate::learned::Learned;
-use crate::stage::{SharedTraining, Stage};
+use crate::stage::SharedTraining;
 use metal_lab::plan::Plan;
 use metal_lab::results::{CameraRegion, Results, RoadOutline};
 use metal_worlds::highway::Ground;
@@ -26,6 +26,8 @@ pub struct Studio {
     pub hub: Arc<Hub>,
     /// The run that trains, if there is one.
     pub training: SharedTraining,
+    /// The roads of the world, and after them that of a body.
+    pub roads: Vec<RoadOutline>,
     /// The numbers of the finished run that the studio was opened on.
     pub results: Option<Results>,
 }
@@ -74,7 +76,7 @@ fn regions() -> Vec<CameraRegion> {
 }
 
 /// A road from above, in millimetres.
-fn outline(ground: &Ground) -> RoadOutline {
+pub fn outline(ground: &Ground) -> RoadOutline {
     let round = |x: f64| (x * 1e3).round() / 1e3;
     let mut middle: Vec<[f64; 2]> = ground.road().outline().centre.iter().map(|p| p.map(round)).collect();
     // The drawing closes the line by itself.
@@ -84,7 +86,7 @@ fn outline(ground: &Ground) -> RoadOutline {
 
 /// What never changes while the studio is open, for the page.
 #[must_use]
-pub fn world_json(studio: &Studio, stage: &Stage) -> String {
+pub fn world_json(studio: &Studio) -> String {
     let plan = &studio.plan;
     let sensors: Vec<_> = plan
         .spec
@@ -105,7 +107,6 @@ pub fn world_json(studio: &Studio, stage: &Stage) -> String {
         "attends": matches!(plan.file.phase[name].acting, metal_lab::plan::Acting::Attention(_)) })
         })
         .collect();
-    let roads: Vec<RoadOutline> = stage.grounds().iter().map(outline).collect();
     json!({
         "title": plan.file.title,
         "actions": plan.spec.actions,
@@ -114,7 +115,7 @@ pub fn world_json(studio: &Studio, stage: &Stage) -> String {
         "members": members,
         "phases": phases,
         "regions": regions(),
-        "roads": roads,
+        "roads": studio.roads,
         "radius_m": BODY_RADIUS_M,
         "version": env!("CARGO_PKG_VERSION"),
     })

@@ -1,7 +1,7 @@
 //! The stage as a drawing for a talk: the road from above, what the camera saw and where the mind looked, and what
 //! the tiny agents it asked had to say.
 
-use super::{Studio, outline, regions};
+use super::{Studio, regions};
 use crate::frame::{Frame, LaneFrame};
 use metal_lab::figures::chart::{Anchor, Area, Ink, PIXELS_HEIGHT, PIXELS_WIDTH, Paint, Svg, pixels, region};
 use metal_lab::figures::number;
@@ -11,6 +11,8 @@ use metal_lab::results::{Pose, RoadOutline};
 use metal_worlds::highway::kinematics::BODY_RADIUS_M;
 
 const WIDTH: f64 = 960.0;
+/// Height of one mind's part.
+const HEIGHT: f64 = 560.0;
 const ROAD: Area = Area { x: 16.0, y: 52.0, width: 580.0, height: 470.0 };
 const EYE: (f64, f64) = (624.0, 52.0);
 /// A robot on the map is drawn this many times larger than it is, or it would hardly be seen.
@@ -19,12 +21,22 @@ const LARGER: f64 = 1.6;
 /// Decision `n`, or the last one.
 pub fn draw(studio: &Studio, n: Option<u64>) -> Option<String> {
     let frame = n.map_or_else(|| studio.hub.lately(1).into_iter().next(), |n| studio.hub.recall(n))?;
-    let lane = frame.lanes.first()?;
-    let mut svg = Svg::new(WIDTH, 560.0);
-    svg.text((16.0, 32.0), Anchor::Start, "title", &title(&frame, lane));
-    draw_road(&mut svg, studio, lane);
-    draw_eye(&mut svg, &studio.plan, lane);
-    draw_supports(&mut svg, &studio.plan, lane);
+    let first = frame.lanes.first()?;
+    let mut svg = Svg::new(WIDTH, HEIGHT * frame.lanes.len() as f64);
+    // Two minds that are compared come one below the other.
+    for (i, lane) in frame.lanes.iter().enumerate() {
+        svg.raw(&format!("<g transform=\"translate(0,{})\">", HEIGHT * i as f64));
+        draw_lane(&mut svg, studio, (&frame, lane));
+        svg.raw("</g>");
+    }
+    Some(svg.finish(&title(&frame, first)))
+}
+
+fn draw_lane(svg: &mut Svg, studio: &Studio, (frame, lane): (&Frame, &LaneFrame)) {
+    svg.text((16.0, 32.0), Anchor::Start, "title", &title(frame, lane));
+    draw_road(svg, studio, lane);
+    draw_eye(svg, &studio.plan, lane);
+    draw_supports(svg, &studio.plan, lane);
     let cost = format!(
         "{}: motor {}, looks {}",
         studio.plan.spec.actions[lane.action],
@@ -32,7 +44,6 @@ pub fn draw(studio: &Studio, n: Option<u64>) -> Option<String> {
         number::fixed(-lane.look_price, 2)
     );
     svg.text((EYE.0, EYE.1 + PIXELS_HEIGHT + 20.0), Anchor::Start, "title", &cost);
-    Some(svg.finish(&title(&frame, lane)))
 }
 
 fn title(frame: &Frame, lane: &LaneFrame) -> String {
@@ -40,15 +51,13 @@ fn title(frame: &Frame, lane: &LaneFrame) -> String {
 }
 
 fn draw_road(svg: &mut Svg, studio: &Studio, lane: &LaneFrame) -> Option<()> {
-    let road: RoadOutline = studio.plan.file.environment.as_highway().and_then(|(config, steering)| {
-        let world = metal_lab::registry::highway(config, steering);
-        world.grounds().get(lane.road).map(outline)
-    })?;
+    // A body on a floor is on no road that is known.
+    let road: &RoadOutline = studio.roads.get(lane.road)?;
     let inner =
         Area { x: ROAD.x + 10.0, y: ROAD.y + 10.0, width: ROAD.width - 20.0, height: ROAD.height - 20.0 };
-    let ground = Ground::fit(&road, inner)?;
+    let ground = Ground::fit(road, inner)?;
     svg.rect(ROAD, Paint::fill(Ink("px-side")));
-    ground.draw_road(svg, &road, (Ink("px-road"), Ink("px-line")));
+    ground.draw_road(svg, road, (Ink("px-road"), Ink("px-line")));
     for (i, pose) in lane.to.iter().enumerate().rev() {
         draw_robot(svg, &ground, (pose, if i == 0 { Ink("px-mark") } else { Ink("px-car") }));
     }

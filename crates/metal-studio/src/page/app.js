@@ -34,6 +34,8 @@ function complain(text) {
   said = setTimeout(() => { $('notice').hidden = true; }, 6000);
 }
 
+const kilo = bytes => `${(bytes / 1000).toFixed(1)} kB`;
+
 function build(count) {
   if (lanes.length === count) return;
   lanes = Array.from({ length: count }, (_, i) => ({ road: new Road(world, i), eye: new Eye(world) }));
@@ -51,6 +53,7 @@ function take(news) {
   const advice = lane.advice !== null && lane.advice !== lane.action ? ` (expert: ${world.actions[lane.advice]})` : '';
   $('facts').textContent = news.done ? `step ${news.step + 1} · ${action}${advice} · motor ${cost(lane.motor)}`
     : `would: ${action}`;
+  if (lane.link) $('facts').textContent += ` · link ${kilo(lane.link.bytes)}, saved ${kilo(lane.link.saved_bytes)}`;
 }
 
 /** How many looks of the decision are shown by now. */
@@ -104,6 +107,7 @@ on('link', up => {
 on('status', news => {
   status = news;
   drawn = '';
+  document.body.dataset.view = news.view;
   const mine = news.wheel === me;
   const others = news.pages - 1;
   $('wheel').textContent = mine ? 'You hold the wheel' : news.wheel ? 'Watching' : 'Take the wheel of the page';
@@ -143,5 +147,8 @@ $('theme').onclick = () => {
   drawn = '';
 };
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { drawn = ''; });
+// For tests and the curious: where a car is on the screen.
+window.studio.where = body => lanes[0].road.where(body);
+window.studio.status = () => status;
 connect();
 requestAnimationFrame(paint);

@@ -100,28 +100,28 @@ export class Eye {
   /** Eight rays around the body; longer means nearer. */
   drawRing(lane, order, unseen, fault) {
     const pen = this.pen(this.ring, 100, 100);
-    const lit = Boolean(order);
+    const lit = Boolean(order), said = (lit || unseen) && lane.infrared.length > 0;
     pen.globalAlpha = lit ? 1 : unseen ? 0.5 : 0.28;
     pen.beginPath();
-    pen.arc(50, 50, 20, 0, 2 * Math.PI);
+    pen.arc(50, 50, 16, 0, 2 * Math.PI);
     pen.fillStyle = lit ? css('--px-mark') : css('--grid');
     pen.fill();
     pen.strokeStyle = css('--muted');
     pen.lineWidth = 1;
     pen.stroke();
-    AZIMUTHS.forEach((azimuth, i) => this.ray(pen, azimuth, lit || unseen ? lane.infrared[i] ?? 0 : 0, lit));
+    AZIMUTHS.forEach((azimuth, i) => this.ray(pen, azimuth, said ? lane.infrared[i] : 0, { lit, said }));
     pen.globalAlpha = 1;
     pen.fillStyle = lit ? '#000' : css('--muted');
-    pen.font = '600 10px system-ui';
+    pen.font = '600 9px system-ui';
     pen.textAlign = 'center';
     pen.textBaseline = 'middle';
     pen.fillText(lit ? `${order} IR` : 'IR', 50, 50);
     const near = Math.max(0, ...(lit ? lane.infrared : []));
     const words = fault === 'fine' ? `nearest ${Math.round(100 * near)} %` : fault;
-    this.ring.setAttribute('aria-label', lit ? `Infra-red ring, ${words}` : 'Infra-red ring, not asked');
+    this.ring.setAttribute('aria-label', lit ? `Infra-red ring, ${words}; in per cent, clockwise: ${lane.infrared.map(x => Math.round(100 * x)).join(', ')}` : 'Infra-red ring, not asked');
   }
 
-  ray(pen, azimuth, reading, lit) {
+  ray(pen, azimuth, reading, { lit, said }) {
     // Ahead is up.
     const angle = -(azimuth + 90) * Math.PI / 180;
     const at = radius => [50 + radius * Math.cos(angle), 50 + radius * Math.sin(angle)];
@@ -132,7 +132,13 @@ export class Eye {
       [pen.strokeStyle, pen.lineWidth, pen.lineCap] = [colour, width, 'round'];
       pen.stroke();
     };
-    line(25, 46, css('--grid'), 6);
-    if (reading > 0.02) line(25, 25 + 21 * reading, lit ? css('--car') : css('--muted'), 6);
+    line(20, 36, css('--grid'), 5);
+    if (reading > 0.02) line(20, 20 + 16 * reading, lit ? css('--car') : css('--muted'), 5);
+    if (!said) return;
+    pen.fillStyle = css('--text');
+    pen.font = '7px system-ui';
+    pen.textAlign = 'center';
+    pen.textBaseline = 'middle';
+    pen.fillText(Math.round(100 * reading), ...at(45));
   }
 }

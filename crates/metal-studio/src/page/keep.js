@@ -39,6 +39,12 @@ async function picture(text, name) {
   canvas.toBlob(blob => hand(blob, name), 'image/png');
 }
 
+/** One beside the other in the room there is: two, while two minds are compared. */
+function share(what, [x, y, w, h], fit) {
+  const all = [...document.querySelectorAll(what)], part = w / all.length;
+  all.forEach((source, i) => fit(source, [x + i * part, y, part, h]));
+}
+
 /** Road and camera side by side, thirty pictures a second, for ten seconds. */
 function film(button) {
   const canvas = Object.assign(document.createElement('canvas'), { width: 1280, height: 560 });
@@ -52,8 +58,8 @@ function film(button) {
       const k = Math.min(w / source.width, h / source.height);
       pen.drawImage(source, x + (w - k * source.width) / 2, y + (h - k * source.height) / 2, k * source.width, k * source.height);
     };
-    fit(document.querySelector('.lane canvas'), [10, 10, 720, 540]);
-    fit(document.querySelector('.eye .picture'), [750, 10, 520, 390]);
+    share('.lane canvas', [10, 10, 720, 540], fit);
+    share('.eye .picture', [750, 10, 520, 390], fit);
     fit(document.querySelector('.eye .ring'), [750, 410, 140, 140]);
     pen.fillStyle = getComputedStyle(document.body).color;
     pen.font = '600 20px system-ui';

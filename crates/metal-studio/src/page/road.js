@@ -32,14 +32,20 @@ export class Road {
     if (frame.done && !frame.past) {
       this.sum.motor += now.motor;
       this.sum.looks += now.look_price;
-      this.path.push(now.from[0]);
+      if (now.from.length) this.path.push(now.from[0]);
       if (this.path.length > PATH) this.path.shift();
     }
     [this.now, this.began, this.secs] = [now, performance.now(), still.matches ? 0 : secs];
     [this.episode, this.source, this.step] = [frame.episode, frame.source, frame.step];
     this.figure.querySelector('.name').textContent = now.driver;
     this.figure.querySelector('.cost').textContent = this.cost(frame);
-    this.canvas.setAttribute('aria-label', `${now.driver} on the road, ${now.from.length - 1} other cars; arrow keys with Shift move the car`);
+    this.canvas.setAttribute('aria-label', this.words(frame));
+  }
+
+  words({ source }) {
+    const others = `${Math.max(0, this.now.from.length - 1)} other cars`;
+    if (source === 'body') return `${this.now.driver} drives a body${this.now.from.length ? `, ${others}` : ''}`;
+    return `${this.now.driver} on the road, ${others}; arrow keys with Shift move the car`;
   }
 
   cost(frame) {
@@ -56,6 +62,13 @@ export class Road {
       const turn = Math.atan2(Math.sin(to.heading_rad - from.heading_rad), Math.cos(to.heading_rad - from.heading_rad));
       return { x: from.x + share * (to.x - from.x), y: from.y + share * (to.y - from.y), heading: from.heading_rad + share * turn };
     });
+  }
+
+  /** Where body `i` is on the screen. */
+  where(i) {
+    if (!this.now?.from.length) return null;
+    const [box, scale, pose] = [this.canvas.getBoundingClientRect(), this.scale(), this.poses()[i]];
+    return [box.x + scale.x(pose.x), box.y + scale.y(pose.y)];
   }
 
   scale() {
@@ -78,6 +91,7 @@ export class Road {
     if (this.canvas.width !== w || this.canvas.height !== h) [this.canvas.width, this.canvas.height] = [w, h];
     const pen = this.canvas.getContext('2d');
     pen.setTransform(dense, 0, 0, dense, 0, 0);
+    if (!this.now.from.length) { this.drawNowhere(pen); return; }
     const scale = this.scale();
     this.drawRoad(pen, scale);
     const poses = this.poses();
@@ -85,6 +99,19 @@ export class Road {
     poses.slice(1).forEach(pose => this.drawRobot(pen, scale, pose, css('--px-car')));
     this.drawRobot(pen, scale, poses[0], css('--px-mark'));
     if (this.now.accident) this.drawCrash(pen, scale, poses[0]);
+  }
+
+  /** A body on a floor: without a supervisor nobody knows where it is. */
+  drawNowhere(pen) {
+    const [w, h] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    pen.fillStyle = css('--panel');
+    pen.fillRect(0, 0, w, h);
+    pen.fillStyle = css('--muted');
+    pen.textAlign = 'center';
+    pen.font = '600 15px system-ui';
+    pen.fillText('No view from above', w / 2, h / 2 - 8);
+    pen.font = '13px system-ui';
+    pen.fillText('Nobody watches this body from above, so nobody knows where it is.', w / 2, h / 2 + 14, w - 24);
   }
 
   drawRoad(pen, scale) {
@@ -151,6 +178,9 @@ export class Road {
     pen.fillText('✕', scale.x(x), scale.y(y) - 0.08 * scale.k);
   }
 
+  /** A body is where it is; a car of the simulated world can be put elsewhere. */
+  movable() { return Boolean(this.now?.from.length) && this.source !== 'body'; }
+
   /** Cars are dragged with any pointer, or moved with Shift and the arrow keys (Ctrl turns). */
   listen() {
     let held = null, last = 0;
@@ -159,6 +189,7 @@ export class Road {
       return this.scale().back(event.clientX - box.left, event.clientY - box.top);
     };
     this.canvas.addEventListener('pointerdown', event => {
+      if (!this.movable()) return;
       const [x, y] = spot(event);
       const near = this.poses().map((p, i) => [Math.hypot(p.x - x, p.y - y), i]).sort((a, b) => a[0] - b[0])[0];
       held = near && near[0] < 0.12 ? near[1] : null;
@@ -185,7 +216,7 @@ export class Road {
   nudge(event) {
     const moves = { ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowLeft: [-1, 0], ArrowRight: [1, 0] };
     const move = moves[event.key];
-    if (!move || !(event.shiftKey || event.ctrlKey)) return;
+    if (!move || !this.movable() || !(event.shiftKey || event.ctrlKey)) return;
     event.preventDefault();
     event.stopPropagation();
     if (event.ctrlKey) return this.turn(0, -0.1 * move[0]);

@@ -101,6 +101,7 @@ function valueRow(name, value, { range: [low, high], taken, shut }) {
   fill.style.width = `${high > low ? 4 + 96 * (value - low) / (high - low) : 50}%`;
   bar.append(fill);
   row.append(element('span', '', taken ? '▸' : ''), element('span', '', name), bar, element('span', 'number', number(value, 1)));
+  if (shut) row.firstChild.textContent = '✓';
   if (shut) row.title = 'was asked already';
   return row;
 }

@@ -21,6 +21,7 @@ export function begin(world) {
   $('speed').onchange = () => ask('speed', { times: Number($('speed').value) });
   $('run').onclick = runOrPause;
   $('step').onclick = () => ask('step');
+  $('brake').onclick = () => ask('brake');
   $('reset').onclick = () => ask('reset');
   $('undo').onclick = () => ask('undo');
   $('save').onclick = () => ask('save');
@@ -70,7 +71,8 @@ function press(event) {
   } else if (event.key === ' ' && !onButton) {
     event.preventDefault();
     runOrPause();
-  } else if (event.key === '.') ask('step');
+  } else if (event.key === 'Escape' && status?.view === 'body') ask('brake');
+  else if (event.key === '.') ask('step');
   else if (event.key === 'u' || event.key === 'U' || event.key === 'Backspace') ask('undo');
 }
 
@@ -113,6 +115,9 @@ export function show(news, mine) {
   $('run').children[1].textContent = words[1];
   $('speed').value = String(news.times);
   for (const control of ['step', 'reset', 'speed']) $(control).disabled = watchesRun();
+  $('brake').hidden = news.view !== 'body';
+  $('brake').disabled = news.braked;
+  $('brake').textContent = news.braked ? 'Stopped for good' : 'Stop the wheels (Esc)';
   const shown = news.demonstration;
   $('demonstrate').textContent = shown ? 'Leave the wheel' : 'Take the wheel';
   for (const control of [$('undo'), $('save'), ...$('pad').children]) control.disabled = !shown || !mine;

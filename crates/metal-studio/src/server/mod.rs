@@ -94,8 +94,9 @@ impl Studio {
         let token = if options.keep_token { guard::kept(&subject.store)? } else { guard::token()? };
         let (plan, results) = (subject.plan.clone(), subject.results.take());
         let stage = Stage::new(hub.clone(), subject, options.seed)?;
-        let drawable = Drawable { plan, hub: hub.clone(), training: stage.shared(), results };
-        let world = drawings::world_json(&drawable, &stage);
+        let roads = stage.roads();
+        let drawable = Drawable { plan, hub: hub.clone(), training: stage.shared(), roads, results };
+        let world = drawings::world_json(&drawable);
         let theme = metal_lab::figures::chart::variables(":root");
         let shop = Arc::new(Shop { hub, drawable, world, theme });
         let address = listener.local_addr()?;

@@ -111,6 +111,11 @@ async fn answer(socket: &mut WebSocket, hub: &Hub, name: u64, text: &str) -> boo
             hub.release_wheel(name);
             true
         }
+        Request::Brake => {
+            let stopped = hub.brake();
+            hub.order(Order::Refresh);
+            stopped || say(socket, refuse("there is no body to stop".to_owned())).await
+        }
         Request::Recall { decision } => say(socket, past(hub, decision)).await,
         _ if hub.wheel() != name => {
             say(socket, refuse("you are watching: take the wheel first".to_owned())).await

@@ -11,6 +11,10 @@ impl Stage {
         if driver >= self.subject.drivers.len() {
             return Err(StageError::Request("there is no such driver"));
         }
+        if let Some(body) = &mut self.body {
+            body.seat(&mut self.subject, driver)?;
+            return self.preview();
+        }
         self.end_demonstration()?;
         let (world, step) = (self.lanes[0].world.clone(), self.lanes[0].step);
         let mut lane = Lane::new(&mut self.subject, driver, world)?;

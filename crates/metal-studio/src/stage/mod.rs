@@ -1,5 +1,6 @@
 //! The stage: a thread that owns the worlds, listens to the pages, and moves when its clock says so.
 
+mod body;
 mod explore;
 mod learning;
 mod person;
@@ -11,13 +12,15 @@ use crate::faults::Faulty;
 use crate::frame::{Frame, LaneFrame, Source};
 use crate::hub::{Hub, Order};
 use crate::lane::{Lane, world_of};
+use crate::robot::BodyLane;
 use crate::situations::{Looked, table1};
 use crate::subject::{Subject, SubjectError};
 use crate::training::{State, Training};
 use metal_lab::plan::Plan;
+use metal_lab::results::RoadOutline;
 use metal_rl::environment::EnvironmentError;
 use metal_rl::random::Streams;
-use metal_worlds::highway::{Ground, Scenario};
+use metal_worlds::highway::Scenario;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -59,6 +62,7 @@ pub struct Stage {
     pub(crate) hub: Arc<Hub>,
     pub(crate) subject: Subject,
     pub(crate) lanes: Vec<Lane>,
+    pub(crate) body: Option<BodyLane>,
     pub(crate) clock: Clock,
     pub(crate) scenario: Scenario,
     pub(crate) scene: Option<usize>,
@@ -92,6 +96,7 @@ impl Stage {
             hub,
             subject,
             lanes: vec![lane],
+            body: None,
             clock: Clock::new(true),
             scenario,
             scene: None,
@@ -111,6 +116,7 @@ impl Stage {
         };
         stage.begin_episode()?;
         stage.look_at_situations()?;
+        stage.take_in_body(driver)?;
         Ok(stage)
     }
 
@@ -126,10 +132,12 @@ impl Stage {
         self.subject.plan.clone()
     }
 
-    /// The roads of its world.
+    /// The roads of its world, and after them the one that a body is on, where that is known.
     #[must_use]
-    pub fn grounds(&self) -> Arc<[Ground]> {
-        self.lanes[0].world.world.grounds()
+    pub fn roads(&self) -> Vec<RoadOutline> {
+        let simulated = self.lanes[0].world.world.grounds();
+        let real = self.body.as_ref().and_then(BodyLane::ground);
+        simulated.iter().chain(real).map(crate::drawings::outline).collect()
     }
 
     /// Listens and moves until somebody says quit.
@@ -190,6 +198,7 @@ impl Stage {
     fn advance(&mut self) -> Result<(), StageError> {
         self.scene = None;
         match self.demonstration {
+            _ if self.body.is_some() => self.drive_body(),
             Some(_) => self.demonstrate(self.held.unwrap_or(self.cruise)),
             None => self.drive(),
         }
@@ -218,6 +227,9 @@ impl Stage {
 
     /// Shows what would be done where everybody stands.
     fn preview(&mut self) -> Result<(), StageError> {
+        if self.body.is_some() {
+            return self.preview_body();
+        }
         let mut lanes = Vec::new();
         for lane in &mut self.lanes {
             lanes.push(lane.think()?);
@@ -234,6 +246,10 @@ impl Stage {
     fn begin_episode(&mut self) -> Result<(), StageError> {
         self.seed = self.streams.seed();
         self.streams = self.streams.nth(1);
+        if let Some(body) = &mut self.body {
+            body.episode += 1;
+            return Ok(body.reset(self.seed)?);
+        }
         for lane in &mut self.lanes {
             lane.reset(self.seed)?;
             lane.episode += 1;
@@ -243,6 +259,9 @@ impl Stage {
 
     /// Does what a page asks for.
     fn obey(&mut self, request: Request) -> Result<(), StageError> {
+        if self.body.is_some() && !request.suits_a_body() {
+            return Err(StageError::Request("a body is only watched here, and held, and stopped"));
+        }
         match request {
             Request::Pause => {
                 self.clock.run(false);
@@ -269,7 +288,7 @@ impl Stage {
             Request::StopTraining => self.control_training(State::Stopped)?,
             Request::ViewTraining { on } => self.hub.show_training(on && self.training.is_some()),
             Request::Pace { steps_per_sec } => self.pace(steps_per_sec)?,
-            Request::TakeWheel | Request::ReleaseWheel | Request::Recall { .. } => {}
+            Request::TakeWheel | Request::ReleaseWheel | Request::Recall { .. } | Request::Brake => {}
         }
         self.tell();
         Ok(())

@@ -31,6 +31,15 @@ pub struct HighwayConfig {
     pub horizon: usize,
     /// Weights of the motor costs and prices of the looks.
     pub task: Task,
+    /// How fast the red cars drive, as a multiple of their speed in `Highway-v0`: 1 unless somebody tries how a mind
+    /// takes to other traffic (Sec. 6.2).
+    #[serde(skip_serializing_if = "is_usual")]
+    pub car_speed: f64,
+}
+
+/// Files and contracts stay as they were where nobody asked for other traffic.
+fn is_usual(car_speed: &f64) -> bool {
+    car_speed.total_cmp(&1.0).is_eq()
 }
 
 impl Default for HighwayConfig {
@@ -41,6 +50,7 @@ impl Default for HighwayConfig {
             pixels: Pixels::default(),
             horizon: 50,
             task: Task::default(),
+            car_speed: 1.0,
         }
     }
 }

@@ -249,7 +249,7 @@ impl Highway {
                 traffic::scripted_action(self.road(), &bodies[car], &others[..count])
             }
         };
-        traffic::car_twist(choice)
+        traffic::car_twist(choice).scaled(self.shared.config.car_speed)
     }
 
     /// What every body does for the length of this step; all decide on the same state.

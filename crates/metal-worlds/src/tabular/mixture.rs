@@ -117,16 +117,16 @@ pub(super) fn clusters(matrix: &Matrix, count: usize, rng: &mut Rng) -> Shares {
 fn beginning(matrix: &Matrix, count: usize, rng: &mut Rng) -> Shares {
     let columns: Vec<usize> = (0..FIRST_COLUMNS).map(|_| rng.below(matrix.width)).collect();
     let centres: Vec<usize> = (0..count).map(|_| rng.below(matrix.rows())).collect();
-    let mut shares = vec![vec![0.0; matrix.rows()]; count];
-    for i in 0..matrix.rows() {
-        let distance = |&centre: &usize| {
+    let nearest = |i: usize| {
+        let nearness = |&centre: &usize| {
             let (a, b) = (matrix.row(i), matrix.row(centre));
             -columns.iter().map(|&j| (a[j] - b[j]) * (a[j] - b[j])).filter(|d| !d.is_nan()).sum::<f64>()
         };
-        let nearness: Vec<f64> = centres.iter().map(distance).collect();
-        shares[num::argmax(&nearness)][i] = 1.0;
-    }
-    shares
+        num::argmax(&centres.iter().map(nearness).collect::<Vec<f64>>())
+    };
+    let owners: Vec<usize> = (0..matrix.rows()).map(nearest).collect();
+    let share = |cluster: usize| owners.iter().map(|&o| f64::from(u8::from(o == cluster))).collect();
+    (0..count).map(share).collect()
 }
 
 /// Rounds of expectation and maximisation; returns the logarithm of the likelihood.

@@ -165,6 +165,50 @@ mod tests {
         }
     }
 
+    /// Learns `n` more samples, one in a hundred of them far outside at up to ±1e6, and looks at every covariance now and
+    /// then: symmetric, and positive definite once every axis has its own unit.
+    fn stays_positive_definite(n: usize, every: usize) {
+        for full in [true, false] {
+            let (mut bank, mut rng) = (trained(full, 40, 100), Rng::new(23));
+            for step in 1..=n {
+                let reach = if rng.chance(0.01) { 1e6 } else { 1.0 };
+                let state: Vec<f64> = (0..3).map(|_| reach * rng.range(-1.0, 1.0)).collect();
+                let target = if rng.chance(0.01) { 1e6 * rng.normal() } else { rng.normal() };
+                let sample = Sample { state: &state, choice: 0, target, demonstrated: rng.chance(0.1) };
+                assert!(bank.learn(&sample, Rate::Average(0.02)).is_finite());
+                if step % every == 0 {
+                    bank.mixtures().iter().for_each(assert_positive_definite);
+                }
+            }
+        }
+    }
+
+    fn assert_positive_definite(mixture: &Mixture) {
+        let g = &mixture.gaussians;
+        let n = g.dims();
+        for c in 0..mixture.len() {
+            let sd: Vec<f64> = (0..n).map(|i| g.covariance(c, i, i).sqrt()).collect();
+            assert!(sd.iter().all(|s| s.is_finite() && *s > 0.0), "component {c}: {sd:?}");
+            let entry = |i, j| g.covariance(c, i, j) / (sd[i] * sd[j]);
+            let sigma = nalgebra::DMatrix::from_fn(n, n, entry);
+            assert!((&sigma - sigma.transpose()).amax() < 1e-9, "component {c} is not symmetric: {sigma}");
+            assert!(sigma.clone().cholesky().is_some(), "component {c} is not positive definite: {sigma}");
+            assert!(mixture.mass(c) > 0.0 && mixture.value(c).is_finite());
+        }
+    }
+
+    #[test]
+    fn covariances_stay_positive_definite() {
+        stays_positive_definite(20_000, 500);
+    }
+
+    /// `cargo test --release -p metal-rl -- --ignored ten_million`
+    #[test]
+    #[ignore = "takes minutes"]
+    fn covariances_stay_positive_definite_over_ten_million_updates() {
+        stays_positive_definite(10_000_000, 100_000);
+    }
+
     #[test]
     fn a_diagonal_merger_conserves_means_and_variances() {
         let mut mixture = trained(false, 100, 400).mixtures()[0].clone();

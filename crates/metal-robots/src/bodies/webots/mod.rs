@@ -6,8 +6,10 @@
 //! As a supervisor the body knows where everybody is (DEF names [`LEARNER`], `RED1`, `RED2` …) and puts them elsewhere
 //! for a new episode; as a plain robot it does neither.
 
+mod supervise;
+
 use super::{may_come_back, part};
-use crate::body::{About, Body, INFRARED, InfraredScale, Wheels};
+use crate::body::{About, Body, Feelings, INFRARED, InfraredScale, Wheels};
 use crate::bytes::Writer;
 use crate::epuck::WHEEL_RADIUS_M;
 use crate::error::{BodyError, ProtocolError};
@@ -19,12 +21,12 @@ use crate::webots::frame::{Answer, GOODBYE, Image, Request, Welcome, hello};
 use crate::webots::news::{self, News};
 use crate::webots::order::Order;
 use crate::webots::robot::Robot;
-use crate::webots::supervisor::{Fact, Field, Value, Wish};
-use metal_rl::num;
+use crate::webots::supervisor::Fact;
 use metal_worlds::highway::Pose;
 use metal_worlds::highway::camera::{COLUMNS, ROWS, Window};
 use metal_worlds::highway::kinematics::WHEEL_LIMIT_MPS;
 use std::time::Duration;
+use supervise::Placed;
 
 /// DEF name of the robot that learns.
 pub const LEARNER: &str = "LEARNER";
@@ -39,14 +41,6 @@ pub const LEFT_MOTOR: &str = "left wheel motor";
 /// Device of the right wheel.
 pub const RIGHT_MOTOR: &str = "right wheel motor";
 const MOTORS: [&str; 2] = [LEFT_MOTOR, RIGHT_MOTOR];
-
-/// A node that can be found and moved.
-#[derive(Clone, Debug)]
-struct Placed {
-    node: u32,
-    translation: Field,
-    rotation: Field,
-}
 
 /// A robot in Webots.
 pub struct Webots {
@@ -65,9 +59,17 @@ pub struct Webots {
 #[derive(Default)]
 struct Heard {
     readings: Vec<(u16, f64)>,
+    vectors: Vec<(u16, [f64; 3])>,
     facts: Vec<Fact>,
     images: Vec<Image>,
     quit: bool,
+}
+
+impl Heard {
+    /// The last reading of a device, if there is such a device and it said something.
+    fn reading(&self, tag: Option<u16>) -> Option<f64> {
+        Some(self.readings.iter().rfind(|(t, _)| Some(*t) == tag)?.1)
+    }
 }
 
 impl Webots {
@@ -165,41 +167,6 @@ impl Webots {
         }
     }
 
-    fn find_everybody(&mut self) -> Result<(), BodyError> {
-        let cars = (1..=MOST_CARS).map(|i| format!("{CAR}{i}"));
-        for def in std::iter::once(LEARNER.to_owned()).chain(cars) {
-            let Some(placed) = self.find(&def)? else { break };
-            self.placed.push(placed);
-        }
-        Ok(())
-    }
-
-    fn find(&mut self, def: &str) -> Result<Option<Placed>, BodyError> {
-        let Fact::NodeByDef(node) = self.wish(Wish::NodeByDef(def.to_owned()))? else {
-            return Err(ProtocolError::Unexpected("an answer that is no node".to_owned()).into());
-        };
-        let Some(node) = u32::try_from(node.uid).ok().filter(|&uid| uid > 0) else { return Ok(None) };
-        let translation = self.field(node, "translation")?;
-        Ok(Some(Placed { node, translation, rotation: self.field(node, "rotation")? }))
-    }
-
-    fn field(&mut self, node: u32, name: &str) -> Result<Field, BodyError> {
-        match self.wish(Wish::FieldByName(node, name.to_owned()))? {
-            Fact::Field(field, _, internal, _, _) if field >= 0 => {
-                Ok(Field { node, field: field as u32, internal })
-            }
-            _ => Err(BodyError::Unsupported(format!("a node without the field `{name}`"))),
-        }
-    }
-
-    /// Asks for one fact, at once.
-    fn wish(&mut self, wish: Wish) -> Result<Fact, BodyError> {
-        self.waiting.push((ROBOT, Order::Wish(wish)));
-        let heard = self.exchange(0)?;
-        let nothing = || ProtocolError::Unexpected("no answer to a supervisor's question".to_owned());
-        Ok(heard.facts.into_iter().next_back().ok_or_else(nothing)?)
-    }
-
     /// Sends all orders that wait, lets the simulation run, and reads the news.
     fn exchange(&mut self, step_ms: u32) -> Result<Heard, BodyError> {
         let orders = self.payloads()?;
@@ -210,6 +177,7 @@ impl Webots {
             let robot = self.robot.as_ref().ok_or_else(unknown_robot)?;
             news::read_all(robot, &answer.news, |n| match n {
                 News::Reading(tag, value) => heard.readings.push((tag, value)),
+                News::Vector(tag, values) => heard.vectors.push((tag, values)),
                 News::Fact(fact) => heard.facts.push(fact),
                 News::Quit => heard.quit = true,
                 _ => {}
@@ -253,14 +221,6 @@ impl Webots {
         // Goes out with whatever is said next.
         self.waiting.extend(devices.iter().map(|&tag| (tag, Order::Sample(0))));
         Ok(heard)
-    }
-
-    fn pose(&mut self, node: u32) -> Result<Pose, BodyError> {
-        match self.wish(Wish::Pose([0, node]))? {
-            // The matrix is that of the node in the world, row by row.
-            Fact::Pose(_, m) => Ok(Pose { x_m: m[3], y_m: m[7], heading_rad: num::atan2(m[4], m[0]) }),
-            _ => Err(ProtocolError::Unexpected("an answer that is no pose".to_owned()).into()),
-        }
     }
 
     /// Opens the line again after a loss; the robot stands still then.
@@ -321,33 +281,58 @@ impl Body for Webots {
         let mut out = [0.0; INFRARED];
         for (value, tag) in out.iter_mut().zip(ring) {
             let nothing = || ProtocolError::Unexpected(format!("no reading of device {tag} after one step"));
-            *value = heard.readings.iter().rfind(|(t, _)| *t == tag).ok_or_else(nothing)?.1;
+            *value = heard.reading(Some(tag)).ok_or_else(nothing)?;
         }
         Ok(out)
+    }
+
+    fn feel(&mut self) -> Result<Feelings, BodyError> {
+        let robot = self.robot.as_ref().ok_or_else(unknown_robot)?;
+        let tag = |name: &str| robot.tag(name);
+        let wheels = ["left wheel sensor", "right wheel sensor"].map(tag);
+        let lights: [Option<u16>; INFRARED] = std::array::from_fn(|i| tag(&format!("ls{i}")));
+        let (felt, turned, ahead) = (tag("accelerometer"), tag("gyro"), tag("tof"));
+        let all = wheels.iter().chain(&lights).chain([&felt, &turned, &ahead]);
+        let devices: Vec<u16> = all.copied().flatten().collect();
+        let heard = self.look(&devices)?;
+        let vector = |tag: Option<u16>| Some(heard.vectors.iter().rfind(|(t, _)| Some(*t) == tag)?.1);
+        let rolled = wheels.map(|tag| heard.reading(tag).map(|angle| angle * WHEEL_RADIUS_M));
+        Ok(Feelings {
+            rolled_m: rolled[0].zip(rolled[1]).map(|(left, right)| [left, right]),
+            ambient: lights
+                .iter()
+                .map(|&tag| heard.reading(tag))
+                .collect::<Option<Vec<f64>>>()
+                .and_then(|v| v.try_into().ok()),
+            acceleration_mps2: vector(felt),
+            turn_radps: vector(turned),
+            ground: None,
+            // Its table gives millimetres.
+            ahead_m: heard.reading(ahead).map(|mm| mm / 1000.0),
+        })
+    }
+
+    fn light(&mut self, which: usize, rgb: [u8; 3]) -> Result<(), BodyError> {
+        let robot = self.robot.as_ref().ok_or_else(unknown_robot)?;
+        let Some(tag) = robot.tag(&format!("led{which}")) else { return Ok(()) };
+        let [r, g, b] = rgb.map(i32::from);
+        // Goes out with whatever is said next. A light of one colour takes everything but 0 for on.
+        self.waiting.push((tag, Order::Light(r << 16 | g << 8 | b)));
+        Ok(())
     }
 
     fn poses(&mut self) -> Result<Option<Vec<Pose>>, BodyError> {
         if self.placed.is_empty() {
             return Ok(None);
         }
-        let nodes: Vec<u32> = self.placed.iter().map(|p| p.node).collect();
-        nodes.into_iter().map(|node| self.pose(node)).collect::<Result<_, _>>().map(Some)
+        self.everybodys_poses().map(Some)
     }
 
     fn place(&mut self, poses: &[Pose]) -> Result<bool, BodyError> {
         if self.placed.is_empty() {
             return Ok(false);
         }
-        // All in one packet, and physics last: libController would reset physics before the new poses arrive.
-        for (placed, pose) in self.placed.iter().zip(poses) {
-            let wishes = [
-                Wish::Set(placed.translation, Value::Vec3([pose.x_m, pose.y_m, 0.0])),
-                Wish::Set(placed.rotation, Value::Rotation([0.0, 0.0, 1.0, pose.heading_rad])),
-                Wish::SetVelocity(placed.node, [0.0; 6]),
-                Wish::ResetPhysics(placed.node),
-            ];
-            self.waiting.extend(wishes.map(|wish| (ROBOT, Order::Wish(wish))));
-        }
+        self.order_places(poses);
         self.drive(Wheels::STILL)?;
         Ok(true)
     }

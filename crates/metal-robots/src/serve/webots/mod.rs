@@ -3,6 +3,8 @@
 //!
 //! The simulation waits for its controller: time passes only in its steps.
 
+mod robot;
+
 use super::{Shared, is_pause, look_into, wait_for_somebody};
 use crate::arena::Arena;
 use crate::bodies::webots::{CAR, LEARNER};
@@ -11,16 +13,15 @@ use crate::bytes::Writer;
 use crate::epuck::WHEEL_RADIUS_M;
 use crate::guard::Emergency;
 use crate::picture::encode_bgra;
-use crate::webots::device::{self, Kind, Settings};
+use crate::webots::device::Kind;
 use crate::webots::frame::{Answer, Image, Request, Welcome, read_hello};
 use crate::webots::news::{write_fact, write_reading, write_time};
 use crate::webots::order::{self, Order};
-use crate::webots::robot::{Device, Robot, Texts};
-use crate::webots::supervisor::{Fact, Field, Me, Node, Value, Wish};
+use crate::webots::robot::{Device, Robot};
+use crate::webots::supervisor::{Fact, Field, Node, Value, Wish};
 use crate::webots::{ROBOT, Release};
 use metal_rl::num;
 use metal_worlds::highway::Pose;
-use metal_worlds::highway::camera::{COLUMNS, FIELD_OF_VIEW_RAD, ROWS};
 use metal_worlds::highway::kinematics::{AXLE_M, WHEEL_LIMIT_MPS};
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -67,7 +68,7 @@ struct Reply {
 
 impl<'a> Session<'a> {
     fn new(arena: &'a Shared) -> Self {
-        let robot = robot(&look_into(arena));
+        let robot = robot::robot(&look_into(arena));
         let slots = robot.devices.len() + 1;
         let (periods_ms, next_ms) = (vec![0; slots], vec![0; slots]);
         Self { arena, robot, periods_ms, next_ms, tracked: Vec::new(), described: false }
@@ -337,68 +338,4 @@ fn pose_fact([from, to]: [u32; 2], arena: &Arena) -> Option<Fact> {
 fn matrix(pose: &Pose) -> [f64; 16] {
     let (sin, cos) = num::sin_cos(pose.heading_rad);
     [cos, -sin, 0.0, pose.x_m, sin, cos, 0.0, pose.y_m, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
-}
-
-/// An E-puck as Webots describes it: motors first.
-fn robot(arena: &Arena) -> Robot {
-    let mut devices = Vec::new();
-    let mut add = |kind: Kind, name: String, settings: Option<Settings>| {
-        devices.push(Device { kind, name, model: String::new(), settings });
-    };
-    let motor = device::Motor {
-        kind: 0,
-        numbers: [0.0, 0.0, FASTEST_RADPS, -1.0, 10.0, 10.0, 0.0, 0.0, 0.0, FASTEST_RADPS, 1.0],
-        coupled: Vec::new(),
-    };
-    for side in ["left", "right"] {
-        add(Kind::Motor, format!("{side} wheel motor"), Some(Settings::Motor(motor.clone())));
-    }
-    for side in ["left", "right"] {
-        add(Kind::PositionSensor, format!("{side} wheel sensor"), Some(Settings::Position(0)));
-    }
-    for i in 0..8 {
-        add(Kind::DistanceSensor, format!("ps{i}"), Some(Settings::Distance(1, [67.0, 4095.0, 0.1], vec![])));
-    }
-    for i in 0..8 {
-        add(Kind::LightSensor, format!("ls{i}"), Some(Settings::Table(vec![])));
-    }
-    add(Kind::Camera, "camera".to_owned(), Some(Settings::Camera(camera())));
-    for i in 0..10 {
-        add(Kind::Led, format!("led{i}"), None);
-    }
-    add(Kind::Accelerometer, "accelerometer".to_owned(), Some(Settings::Table(vec![])));
-    add(Kind::Gyro, "gyro".to_owned(), Some(Settings::Table(vec![])));
-    let radio = |rate_range| device::Radio { buffer_channel: [4096, 1], rate_range, allowed: Vec::new() };
-    add(Kind::Receiver, "receiver".to_owned(), Some(Settings::Radio(radio(None))));
-    add(Kind::Emitter, "emitter".to_owned(), Some(Settings::Radio(radio(Some([-1.0; 3])))));
-    add(Kind::Speaker, "speaker".to_owned(), None);
-    Robot {
-        name: NAME.to_owned(),
-        release: Release::R2023b,
-        synchronised: true,
-        time_s: arena.time_ms() as f64 / 1000.0,
-        devices,
-        basic_step_ms: BASIC_STEP_MS as f64,
-        texts: Texts { all: texts(), windows: [false; 2] },
-        mode: 2,
-        supervisor: Some(Me { uid: FIRST_NODE as i32, def: LEARNER.to_owned(), ..Me::default() }),
-    }
-}
-
-/// Project, world, model, window, remote control, controller, custom data. `<none>` and an
-/// empty text keep libController from looking for libraries of a window and of a remote control.
-fn texts() -> [String; 7] {
-    ["", "metal-highway.wbt", "GCtronic e-puck", "<none>", "", "<extern>", ""].map(str::to_owned)
-}
-
-fn camera() -> device::Camera {
-    device::Camera {
-        uid: 1,
-        size: [COLUMNS as u16, ROWS as u16],
-        field_of_view_rad: FIELD_OF_VIEW_RAD,
-        near_m: 0.0055,
-        planar_recognising_segmenting: [true, false, false],
-        field_of_view_range_rad: [FIELD_OF_VIEW_RAD; 2],
-        optics: [1.0, 0.0, 0.0, 0.0, 0.0],
-    }
 }

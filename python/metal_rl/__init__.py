@@ -6,7 +6,7 @@ In ten lines: wrap a Gymnasium environment in `PricedSensors`, `learn` it, and s
 from metal_rl._core import MetalError, __version__
 from metal_rl.actions import Grid
 from metal_rl.bench import Bench, bench
-from metal_rl.check import check
+from metal_rl.check import Check, check
 from metal_rl.envs import MetalEnv, MetalVectorEnv
 from metal_rl.experts import Expert
 from metal_rl.minds import Decision, Mind, Score, learn, load
@@ -20,6 +20,7 @@ from metal_rl.tasks import BuiltIn, Task
 __all__ = [
     "Bench",
     "BuiltIn",
+    "Check",
     "Decision",
     "Expert",
     "Grid",

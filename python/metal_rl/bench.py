@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 from metal_rl import _core
+from metal_rl.errors import refuse
 from metal_rl.minds import recipe_of
 from metal_rl.tasks import Task
 
@@ -34,6 +37,38 @@ class Bench:
     def looks(self, row: str) -> float:
         """Sensors read per motor step."""
         return self.results["rows"][row]["looks"]["mean"]
+
+    def frame(self) -> Any:
+        """Every test episode of every training as a pandas DataFrame (needs `pip install metal-rl[tables]`)."""
+        import pandas as pd
+
+        parts = [
+            pd.DataFrame(
+                {
+                    "task": self.results["task"],
+                    "row": row,
+                    "training": training,
+                    "episode": range(len(score["motor"])),
+                    "motor_reward": score["motor"],
+                    "sensor_cost": score["price"],
+                    "steps": score["steps"],
+                }
+            )
+            for row, found in self.results["rows"].items()
+            for training, score in enumerate(found["scores"])
+        ]
+        return pd.concat(parts, ignore_index=True)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes `frame()` to a `.parquet` or `.csv` file."""
+        place = Path(path)
+        if place.suffix not in (".parquet", ".csv"):
+            raise refuse("path", f"{place}: must end in .parquet or .csv")
+        frame = self.frame()
+        if place.suffix == ".parquet":
+            frame.to_parquet(place, index=False)
+        else:
+            frame.to_csv(place, index=False)
 
     def __str__(self) -> str:
         return self.text

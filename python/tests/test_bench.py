@@ -22,6 +22,21 @@ def test_a_task_that_needs_the_light(signpost, quick):
         assert row in str(bench)
 
 
+def test_results_become_a_table_of_episodes(tmp_path, maze):
+    pd = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    bench = metal_rl.bench(maze, steps=300, seeds=2, episodes=4, price_factors=[])
+    bench.save(tmp_path / "maze.parquet")
+    bench.save(tmp_path / "maze.csv")
+    frame = pd.read_parquet(tmp_path / "maze.parquet")
+    pd.testing.assert_frame_equal(frame, bench.frame())
+    assert len(frame) == len(pd.read_csv(tmp_path / "maze.csv")) == len(ROWS) * 2 * 4
+    mine = frame[(frame.row == "METAL") & (frame.training == 1)]
+    assert mine.motor_reward.tolist() == bench.results["rows"]["METAL"]["scores"][1]["motor"]
+    with pytest.raises(metal_rl.MetalError, match="parquet"):
+        bench.save(tmp_path / "maze.xlsx")
+
+
 def test_a_task_that_needs_no_attention_says_so(quick):
     class Easy(Signpost):
         def step(self, action):

@@ -216,8 +216,13 @@ def test_an_expert_that_is_not_there_cannot_drive(signpost):
 
 
 def test_a_check_says_what_is_badly_posed(signpost):
-    found = metal_rl.check(signpost)
+    found = metal_rl.check(signpost, steps=1500)
     assert found.blind["left"] == pytest.approx(-0.5, abs=0.3) and not found.problems
+    assert found.alone["light"] > -0.1 > found.alone["clock"], "only the light tells the door"
+    assert found.everything > -0.1 and "light alone" in " ".join(found.warnings)
+    assert found.bits["light"] == pytest.approx(1.0, abs=0.2) and found.bits["clock"] > 2.0
     still = PricedSensors(Signpost(), [Sensor("wall", lambda env: 1.0, 9.0, 0, 2)])
-    problems = " ".join(metal_rl.check(still).problems)
+    problems = " ".join(metal_rl.check(still, steps=20).problems)
     assert "never changes" in problems and "costs 9" in problems
+    with pytest.raises(metal_rl.MetalError, match="episodes"):
+        metal_rl.check(signpost, episodes=0)

@@ -63,6 +63,17 @@ def test_impossible_tables_are_refused(options, field):
     assert refused.value.field == field
 
 
+def test_attention_learns_from_imagined_rows_here_too():
+    cube = metal_rl.BuiltIn("cube", rows=100)
+
+    def told(imagination):
+        phases = {"demonstration": 0, "fusion": 0, "attention": 200}
+        mind = metal_rl.learn(cube, phases=phases, recipe={"imagination": imagination}, seed=1)
+        return mind.evaluate(cube, episodes=50).motor.tolist()
+
+    assert told(True) != told(False)
+
+
 def test_the_cube_is_built_in():
     cube, context = metal_rl.BuiltIn("cube"), metal_rl.BuiltIn("cube_nm")
     assert len(cube.sensor_names) == 20 and len(cube.action_names) == 8

@@ -36,6 +36,9 @@ pub enum Command {
     /// Watch a mind learn and attend in a browser, drive yourself, demonstrate
     #[command(after_help = STUDIO)]
     Studio(Studio),
+    /// Say whether a task is well posed: what blindness costs, what each sensor tells, how prices compare
+    #[command(after_help = CHECK)]
+    Check(Check),
     /// Compare blind, random and best fixed subsets, all sensors, fusion and METAL on a task, with equal budgets
     #[command(after_help = BENCH)]
     Bench(Bench),
@@ -151,6 +154,15 @@ Examples:
 
 Tasks: highway, maze, puddle, toy, cube, cube_nm. Every row learns from as many motor steps, on the
 same seeds, and is tested on the same episodes.";
+
+const CHECK: &str = "\
+Examples:
+  metal check maze
+  metal check maze --settings '{\"look_price\": 5.0}'
+  metal check patients.csv --target ill --prices prices.toml
+
+Drives the task blindly and at random, and learns it once with every sensor alone and once with all.
+Nothing is written.";
 
 const TABULAR: &str = "\
 Examples:
@@ -349,6 +361,34 @@ pub struct Comparing {
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
     pub threads: u16,
     /// Print JSON instead of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `metal check`
+#[derive(Debug, Args)]
+pub struct Check {
+    /// Name of the task; with --target, a table: CSV with a header
+    pub task: String,
+    /// Settings of its world in JSON, as in an experiment file
+    #[arg(long, default_value = "{}", value_name = "JSON")]
+    pub settings: String,
+    /// Name of the column to be named, in a table
+    #[arg(long, value_name = "COLUMN", conflicts_with = "settings")]
+    pub target: Option<String>,
+    /// What columns and groups of columns of the table cost (TOML)
+    #[arg(long, value_name = "FILE", requires = "target")]
+    pub prices: Option<PathBuf>,
+    /// Motor steps from which everybody who sees something learns
+    #[arg(long, default_value_t = 10_000, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=100_000_000))]
+    pub steps: u32,
+    /// Episodes of every drive
+    #[arg(long, default_value_t = 100, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub episodes: u32,
+    /// The one number all randomness comes from
+    #[arg(long, default_value_t = 1, value_name = "N")]
+    pub seed: u64,
+    /// Print JSON instead of text
     #[arg(long)]
     pub json: bool,
 }

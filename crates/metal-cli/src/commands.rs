@@ -37,12 +37,13 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Eval(eval) => evaluate(&eval),
         Command::Transfer(request) => transfer::run(&request),
         Command::Studio(studio) => open_studio(&studio),
+        Command::Check(request) => crate::check::run(&request),
         Command::Bench(request) => {
             compare(&NamedTask::with(&request.task, &request.settings)?, &request.comparing)
         }
         Command::Tabular(request) => {
-            let prices = request.prices.as_deref().map(read_prices).transpose()?.unwrap_or_default();
-            compare(&TableTask::from_csv(&request.file, &request.target, &prices)?, &request.comparing)
+            let table = csv_task(&request.file, &request.target, request.prices.as_deref())?;
+            compare(&table, &request.comparing)
         }
         Command::Faults(request) => crate::faults::run(&request),
         Command::Aliasing(aliasing) => bound(&aliasing),
@@ -238,6 +239,12 @@ fn roads(eval: &Eval) -> anyhow::Result<Option<Roads>> {
 fn read_prices(path: &Path) -> anyhow::Result<Prices> {
     let text = std::fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
     Ok(toml::from_str(&text).map_err(|e| plan::error::from_toml(&e, &text).located(path, &text))?)
+}
+
+/// The task of a CSV file.
+pub fn csv_task(file: &Path, target: &str, prices: Option<&Path>) -> anyhow::Result<TableTask> {
+    let prices = prices.map(read_prices).transpose()?.unwrap_or_default();
+    Ok(TableTask::from_csv(file, target, &prices)?)
 }
 
 /// The default recipe with the fields that were given.

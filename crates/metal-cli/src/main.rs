@@ -4,6 +4,7 @@
 
 mod args;
 mod bar;
+mod check;
 mod commands;
 mod faults;
 mod robots;

@@ -78,6 +78,7 @@ fn help_texts_teach() {
         "drive",
         "world",
         "replay",
+        "check",
         "bench",
         "tabular",
         "transfer",
@@ -301,6 +302,27 @@ fn a_task_is_compared() {
     assert_eq!(bench["statics"].as_array().unwrap().len(), 3, "every subset of X and Y");
     assert!(complaint(1, &["bench", "moon"]).contains("moon"));
     assert!(complaint(1, &["bench", "maze", "--settings", "{\"sides\": 1}"]).contains("sides"));
+}
+
+#[test]
+fn a_task_is_checked() {
+    let brief = ["--steps", "300", "--episodes", "20"];
+    let text = output(&[&["check", "maze"][..], &brief].concat());
+    for wanted in ["Maze-v0", "blind", "at random", "all sensors", "\nX ", "\nY "] {
+        assert!(text.contains(wanted), "{wanted} is missing in\n{text}");
+    }
+    let dear = ["check", "maze", "--json", "--settings", "{\"look_price\": 5000.0}"];
+    let found: Value = serde_json::from_str(&output(&[&dear[..], &brief].concat())).unwrap();
+    let problems = found["problems"].as_array().unwrap();
+    assert!(problems.iter().any(|p| p.as_str().unwrap().contains("sensor X costs 5000")), "{problems:?}");
+    let file = temporary("checked.csv");
+    let rows: String = (0..40).map(|i| format!("{},7,{}\n", i % 2, i % 2)).collect();
+    std::fs::write(&file, format!("a,b,ill\n{rows}")).unwrap();
+    let file = file.to_str().unwrap();
+    let table = output(&[&["check", file, "--target", "ill"][..], &brief].concat());
+    assert!(table.contains("problem: sensor b never changes"), "{table}");
+    assert!(complaint(1, &["check", "moon"]).contains("moon"));
+    assert!(complaint(2, &["check", "maze", "--prices", "p.toml"]).contains("--target"));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::errors::{guarded, refuse};
 use crate::minds::Mind;
 use crate::tasks::Task;
 use crate::work::without_gil;
-use metal_lab::bench::{BenchOptions, bench as compare, text};
+use metal_lab::bench::{BenchOptions, CheckOptions, bench as compare, check as examine, check_text, text};
 use metal_lab::task::{Recipe, learn as learn_task};
 use metal_rl::observe::Unobserved;
 use metal_rl::random::Streams;
@@ -41,5 +41,17 @@ pub fn bench(py: Python<'_>, task: &Task, recipe: &str, options: &str) -> PyResu
         let done = without_gil(py, task, |task, bar| compare(task, &recipe, &options, bar))?;
         let json = serde_json::to_string(&done).map_err(|e| refuse("bench", &e.to_string()))?;
         Ok((json, text(&done)))
+    })
+}
+
+/// Says whether `task` is well posed: findings in JSON, and as text.
+#[pyfunction]
+pub fn check(py: Python<'_>, task: &Task, options: &str) -> PyResult<(String, String)> {
+    guarded(|| {
+        let options: CheckOptions =
+            serde_json::from_str(options).map_err(|e| refuse("options", &e.to_string()))?;
+        let found = without_gil(py, task, |task, bar| examine(task, &options, bar))?;
+        let json = serde_json::to_string(&found).map_err(|e| refuse("check", &e.to_string()))?;
+        Ok((json, check_text(&found)))
     })
 }

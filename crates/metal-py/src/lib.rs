@@ -18,7 +18,7 @@ mod _core {
     #[pymodule_export]
     use super::errors::MetalError;
     #[pymodule_export]
-    use super::learning::{bench, default_recipe, learn};
+    use super::learning::{bench, check, default_recipe, learn};
     #[pymodule_export]
     use super::minds::{Mind, load};
     #[pymodule_export]

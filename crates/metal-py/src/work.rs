@@ -6,6 +6,7 @@ use metal_lab::progress::Progress;
 use metal_lab::task::Task as LabTask;
 use metal_lab::train::RunError;
 use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use metal_rl::random::Streams;
 use pyo3::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -137,6 +138,11 @@ impl Environment for StoppableWorld {
 
     fn fork(&self) -> Option<Box<dyn Environment>> {
         let inner = self.inner.fork()?;
+        Some(Box::new(Self { inner, stop: self.stop.clone() }))
+    }
+
+    fn imagine(&self, streams: &Streams) -> Option<Box<dyn Environment>> {
+        let inner = self.inner.imagine(streams)?;
         Some(Box::new(Self { inner, stop: self.stop.clone() }))
     }
 }

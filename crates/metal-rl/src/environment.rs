@@ -138,4 +138,12 @@ pub trait Environment: Send {
     fn fork(&self) -> Option<Box<dyn Environment>> {
         None
     }
+
+    /// A world of the same contract made of situations that this one could bring but did not, where it can imagine any:
+    /// a few examples are else learned by heart before looks are learned. Whoever learns in it must be compared in the
+    /// real one.
+    fn imagine(&self, streams: &crate::random::Streams) -> Option<Box<dyn Environment>> {
+        let _ = streams;
+        None
+    }
 }

@@ -1,6 +1,7 @@
 //! The same world at other prices: a front of return against cost needs one task at several.
 
 use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use metal_rl::random::Streams;
 
 /// A world whose looks cost `factor` times as much; nothing else changes.
 pub struct Priced {
@@ -43,6 +44,11 @@ impl Environment for Priced {
 
     fn advise(&mut self) -> Option<usize> {
         self.inner.advise()
+    }
+
+    fn imagine(&self, streams: &Streams) -> Option<Box<dyn Environment>> {
+        let inner = self.inner.imagine(streams)?;
+        Some(Box::new(Self { inner, spec: self.spec.clone() }))
     }
 
     fn fork(&self) -> Option<Box<dyn Environment>> {

@@ -1,15 +1,19 @@
 //! `metal bench TASK`: what every claim about attention on a task needs, trained with equal budgets over several seeds:
 //! blind, a random subset, the best fixed subset, all sensors, fusion, and METAL.
 
+mod check;
 mod clock;
 mod front;
 mod print;
+mod problems;
 mod rows;
 mod search;
 mod subset;
 
+pub use check::{Check, CheckOptions, Constant, SensorCheck, check, planned_check_steps};
 pub use front::{Front, Point};
 pub use print::text;
+pub use problems::check_text;
 pub use rows::ROWS;
 pub use search::Static;
 
@@ -149,7 +153,9 @@ pub fn bench(
 ) -> Result<Bench, RunError> {
     recipe.check()?;
     options.check()?;
-    let spec = task.training()?.spec().clone();
+    let world = task.training()?;
+    let (spec, recipe) = (world.spec().clone(), &recipe.clone().for_task(task, world.as_ref()));
+    drop(world);
     let streams = Streams::new(options.seed);
     let desk = rows::Desk { task, spec: &spec, recipe, options, streams, progress };
     let (rows, statics) = desk.rows()?;

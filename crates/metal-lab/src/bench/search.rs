@@ -43,7 +43,8 @@ pub(super) fn search(desk: &Desk<'_>) -> Result<Vec<Static>, RunError> {
     Ok(screened)
 }
 
-fn screen(desk: &Desk<'_>, subsets: &[IndexSet]) -> Result<Vec<Static>, RunError> {
+/// Learns each of `subsets` with the screening share of the budget, and tries it in the world of learning.
+pub(super) fn screen(desk: &Desk<'_>, subsets: &[IndexSet]) -> Result<Vec<Static>, RunError> {
     let one = |&sensors: &IndexSet| {
         let streams = desk.streams.child("screening");
         let mut student = train_subset(desk, sensors, desk.options.screening_share, &streams)?;

@@ -56,7 +56,7 @@ pub(super) fn train_subset(
             config.fit.batches = ((config.fit.batches as f64 * share) as usize).max(1);
             teach(desk, (&config, sensors), steps, streams)
         }
-        AttentionMethod::Values(_) => {
+        AttentionMethod::Auto | AttentionMethod::Values(_) => {
             Ok(Student::Values(Box::new(Pupil::taught(desk, sensors, steps, streams)?)))
         }
     }

@@ -28,6 +28,7 @@ pub fn learn(
     observer: &mut dyn Observer,
 ) -> Result<Learned, RunError> {
     let mut environment = task.training()?;
+    let recipe = &recipe.clone().for_task(task, environment.as_ref());
     let mut mind = Learned::newborn(environment.spec(), &task.opinions(), recipe, streams)?;
     let mut school = School { task, environment: environment.as_mut(), streams, observer };
     if recipe.demonstration > 0 {
@@ -86,7 +87,9 @@ impl School<'_> {
                 let config = mind.recipe.counterfactual(config);
                 Controller::Counterfactual(Box::new(self.counterfactual(mind, &config, &phase)?))
             }
-            AttentionMethod::Values(_) => Controller::Values(Box::new(self.values(mind, phase)?)),
+            AttentionMethod::Auto | AttentionMethod::Values(_) => {
+                Controller::Values(Box::new(self.values(mind, phase)?))
+            }
         };
         mind.controller = Some(controller);
         Ok(())
@@ -102,7 +105,7 @@ impl School<'_> {
         Ok(attention)
     }
 
-    /// Iterates are compared where everybody learns: the test stays unseen.
+    /// Iterates are compared in the world of learning itself, whatever was imagined: the test stays unseen.
     fn counterfactual(
         &mut self,
         mind: &mut Learned,
@@ -110,9 +113,12 @@ impl School<'_> {
         phase: &Phase,
     ) -> Result<Counterfactual, RunError> {
         let mut validation = self.task.training()?;
+        let imagining = mind.recipe.imagination;
+        let streams = self.streams.child("imagination");
+        let mut imagined = if imagining { self.environment.imagine(&streams) } else { None };
         let workers: &dyn Workers = if self.task.is_parallel() { &Pool } else { &Alone };
         let mut school = counterfactual::School {
-            environment: &mut *self.environment,
+            environment: imagined.as_deref_mut().unwrap_or(&mut *self.environment),
             validation: validation.as_mut(),
             roster: mind.roster(),
             members: &mut mind.members,

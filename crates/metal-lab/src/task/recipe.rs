@@ -1,8 +1,9 @@
 //! How to learn a task: budgets, learners, attention method, all of it data.
 
-use super::method::{AttentionMethod, ValuesMethod};
+use super::method::AttentionMethod;
 use crate::plan::PlanError;
 use metal_rl::counterfactual::CounterfactualConfig;
+use metal_rl::environment::Environment;
 use metal_rl::explore::Schedule;
 use metal_rl::fuse::Fuser;
 use metal_rl::learner::Rate;
@@ -43,6 +44,9 @@ pub struct Recipe {
     pub exploration: Schedule,
     /// How attention control explores.
     pub attention_exploration: Schedule,
+    /// Whether attention learns in a world imagined from what was seen, where there is one
+    /// ([`metal_rl::environment::Environment::imagine`]), and is only compared in the real one.
+    pub imagination: bool,
     /// How attention is learned.
     pub method: AttentionMethod,
 }
@@ -68,7 +72,8 @@ impl Default for Recipe {
             fuser: Fuser::MaxConfidence,
             exploration: random(0.5, 0.02),
             attention_exploration: random(0.3, 0.02),
-            method: AttentionMethod::Values(ValuesMethod::default()),
+            imagination: true,
+            method: AttentionMethod::Auto,
         }
     }
 }
@@ -119,6 +124,13 @@ impl Recipe {
         crate::plan::limits::schedule("exploration", self.exploration)?;
         crate::plan::limits::schedule("attention_exploration", self.attention_exploration)?;
         self.method.check()
+    }
+
+    /// The same recipe for a task and a world of it: how attention is learned follows from them, if nobody said it.
+    #[must_use]
+    pub fn for_task(mut self, task: &dyn super::Task, world: &dyn Environment) -> Self {
+        self.method = self.method.for_world(task, world, self.attention);
+        self
     }
 
     /// The same recipe for a task of one step per episode: the future is worth nothing.

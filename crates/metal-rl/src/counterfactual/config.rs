@@ -52,6 +52,9 @@ pub struct FitConfig {
     /// Share of samples seen through the looks that the student itself would take there; the rest is seen through
     /// random looks.
     pub own_looks: f64,
+    /// Whether random looks may be more than the student may take: what is worth looking at is found out by those who
+    /// see more than is worth looking at.
+    pub more_than_allowed: bool,
     /// Looks that are given a target in each sample.
     pub looks_per_sample: usize,
     /// Share of the labels of the state itself, against the teacher's expectation, in what is known after a look, in
@@ -75,6 +78,7 @@ impl Default for FitConfig {
             batch: 64,
             refresh: 150,
             own_looks: 0.7,
+            more_than_allowed: false,
             looks_per_sample: 2,
             lambda: 1.0,
             inexact: 0.1,

@@ -233,7 +233,8 @@ impl Lesson {
                     }
                     self.own_looks(teacher, judged)
                 } else {
-                    self.any_looks(teacher.kept(), max_looks)
+                    let more = teacher.config().fit.more_than_allowed;
+                    self.any_looks(teacher.kept(), if more { teacher.kept().len() } else { max_looks })
                 }
             }
         }

@@ -82,12 +82,21 @@ pub struct Iterate {
     pub motor: f64,
     /// Looks.
     pub looks: f64,
+    /// Motor steps of a run of the validation, mean.
+    #[serde(default = "one")]
+    pub run_steps: f64,
+}
+
+/// Runs of equal length may be compared step by step.
+fn one() -> f64 {
+    1.0
 }
 
 impl Iterate {
-    /// Cost per motor step if a look cost this share of its price.
+    /// What a run would earn if a look cost this share of its price. Per run, not per step: where a world can end, who
+    /// lives twice as long as another at the same reward per step is twice as good.
     fn at_price(&self, share: f64) -> f64 {
-        self.motor + share * (self.total - self.motor)
+        self.run_steps * (self.motor + share * (self.total - self.motor))
     }
 }
 
@@ -223,6 +232,7 @@ impl Course {
             total: mean(tally.motor - tally.price),
             motor: mean(tally.motor),
             looks: mean(tally.looks as f64),
+            run_steps: tally.steps as f64 / config.validation_runs as f64,
         });
         Ok(())
     }
@@ -376,6 +386,25 @@ mod tests {
         assert_eq!(kept(&[90, 9, 1], all, 0.05), IndexSet::first(2));
         assert_eq!(kept(&[90, 9, 1], all.without(1), 0.0), all.without(1));
         assert_eq!(kept(&[0, 0, 0], all, 0.05), all);
+    }
+
+    #[test]
+    fn who_lives_longer_at_the_same_reward_per_step_is_better() {
+        let iterate = |run_steps, total| Iterate {
+            own_steps: 0,
+            rolled_steps: 0,
+            validation_steps: 0,
+            price_share: 1.0,
+            idle: 0.0,
+            loss: 0.0,
+            total,
+            motor: 1.0,
+            looks: 0.0,
+            run_steps,
+        };
+        // A pole that falls at once without a look, and one that stands for 200 steps of two looks each.
+        let diary = [iterate(9.0, 1.0), iterate(200.0, 0.9)];
+        assert_eq!(best(&diary, 1.0), 1);
     }
 
     #[test]

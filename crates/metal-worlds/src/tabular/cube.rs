@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 const CLASSES: usize = 8;
 /// Columns of a block: the corner of class k stands at places k, k + 1, k + 2.
 const BLOCK: usize = 10;
+/// What a feature delivers; beyond, it is clipped.
+const RANGE: (f64, f64) = (-1.0, 2.0);
 /// Mean of what tells nothing.
 const NOISE_MEAN: f64 = 0.5;
 
@@ -81,7 +83,7 @@ pub fn cube(config: &CubeConfig) -> Data {
         labels.push(label);
     }
     let columns: Vec<Column> =
-        columns.into_iter().enumerate().map(|(i, v)| Column::new(&format!("x{i}"), v)).collect();
+        columns.into_iter().enumerate().map(|(i, v)| ranged(&format!("x{i}"), v)).collect();
     let groups = (0..2 * BLOCK).map(|c| single(&columns, c, config.look_price)).collect();
     whole("Cube-v0", columns, groups, labels)
 }
@@ -106,12 +108,16 @@ pub fn cube_nm(config: &CubeNmConfig) -> Data {
     let name = |i: usize| {
         if i < n { format!("context{i}") } else { format!("b{}x{}", (i - n) / BLOCK, (i - n) % BLOCK) }
     };
-    let columns: Vec<Column> =
-        columns.into_iter().enumerate().map(|(i, v)| Column::new(&name(i), v)).collect();
+    let columns: Vec<Column> = columns.into_iter().enumerate().map(|(i, v)| ranged(&name(i), v)).collect();
     let mut groups =
         vec![Group { name: "context".to_owned(), columns: (0..n).collect(), price: config.look_price }];
     groups.extend((n..columns.len()).map(|c| single(&columns, c, config.look_price)));
     whole("CubeNM-v0", columns, groups, labels)
+}
+
+/// All tables of a kind have the same ranges, or a test table would be read in other units than the one learned from.
+fn ranged(name: &str, values: Vec<Option<f64>>) -> Column {
+    Column::new(name, values).within(RANGE.0, RANGE.1)
 }
 
 fn noise(columns: &mut [Vec<Option<f64>>], sd: f64, rng: &mut Rng) {

@@ -27,6 +27,12 @@ impl Column {
         let (low, high) = if low < high { (low, high) } else { (low - 0.5, low + 0.5) };
         Self { name: name.to_owned(), low, high, nullable, values }
     }
+
+    /// The same column with a range of its own, which does not depend on the rows that were drawn.
+    #[must_use]
+    pub fn within(self, low: f64, high: f64) -> Self {
+        Self { low, high, ..self }
+    }
 }
 
 /// Columns that are bought together.

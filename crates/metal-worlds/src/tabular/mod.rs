@@ -3,9 +3,13 @@
 
 mod cube;
 mod data;
+mod imagination;
+mod mixture;
+mod scales;
 
 pub use cube::{CubeConfig, CubeNmConfig, cube, cube_nm};
 pub use data::{Column, Data, Group, TableError};
+pub use imagination::Imagination;
 
 use metal_rl::environment::{
     End, Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome, SensorSpec,
@@ -29,6 +33,11 @@ impl Default for Verdict {
         Self { right: 0.0, wrong: -1.0 }
     }
 }
+
+/// How many rows a model is made of.
+const MODELLED_ROWS: std::ops::Range<usize> = 40..4000;
+/// How many rows are imagined at a time.
+const IMAGINED_ROWS: usize = 20_000;
 
 /// A table as a world of one motor step per episode; some of its rows are drawn, the others kept for tests.
 ///
@@ -127,6 +136,15 @@ impl Environment for Tabular {
 
     fn fork(&self) -> Option<Box<dyn Environment>> {
         Some(Box::new(self.clone()))
+    }
+
+    /// Rows like those that are drawn; none where there are too few to make a model of, or so many that none is needed.
+    fn imagine(&self, streams: &Streams) -> Option<Box<dyn Environment>> {
+        if !MODELLED_ROWS.contains(&self.drawn.len()) {
+            return None;
+        }
+        let data = self.data.imagined(&self.drawn, IMAGINED_ROWS, streams);
+        Some(Box::new(Self::new(Arc::new(data), (0..IMAGINED_ROWS).collect(), self.verdict)))
     }
 }
 

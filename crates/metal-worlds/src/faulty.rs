@@ -4,7 +4,7 @@
 //! nothing else, and a sensor that fails at one rate fails at every higher one, so that rates are compared on the same
 //! episodes.
 
-use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome};
+use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome, Picture};
 use metal_rl::random::Streams;
 use metal_rl::set::IndexSet;
 use serde::{Deserialize, Serialize};
@@ -268,6 +268,10 @@ impl Environment for Faulty {
 
     fn measures(&self) -> &[f64] {
         self.inner.measures()
+    }
+
+    fn picture(&self) -> Option<Picture> {
+        self.inner.picture()
     }
 
     fn advise(&mut self) -> Option<usize> {

@@ -44,7 +44,8 @@ def main():
             fail(f"a picture of {len(a[2])} bytes")
         if a[0] == "/sensor/MN" and abs(sum(a[2]) - 1.0) > 1e-9:
             fail(f"shares of colours that sum to {sum(a[2])}")
-    for topic in ["/episode", "/step", "/attention", "/measures", "/sensor/IR", "/image_raw"]:
+    wanted = ["/phase", "/episode", "/step", "/attention", "/measures", "/sensor/IR", "/image_raw", "/supports/0", "/costs"]
+    for topic in wanted:
         if not count[topic]:
             fail(f"{topic} is missing")
     print(f"  {sum(count.values())} messages on {len(count)} topics read alike by both readers")

@@ -64,9 +64,11 @@ if wants epuck2; then
     judge "unifr-api-epuck 1.3.11 against metal serve epuck2" 60 $python tools/judges/epuck2.py "$target/debug/metal"
 fi
 if wants recordings; then
-    cargo run --quiet -p metal-recording --example demonstration -- "$target/demonstration.mcap"
+    cargo build --quiet -p metal-cli
+    "$target/debug/metal" run tools/judges/recorded.toml --seeds 1 --out "$target/recorded" --force \
+        --record "$target/recorded.mcap" > /dev/null
     judge "mcap-ros2-support and rosbags on a recording of ours" 60 \
-        $python tools/judges/recordings.py "$target/demonstration.mcap"
+        $python tools/judges/recordings.py "$target/recorded.mcap"
 fi
 if wants worlds; then
     # Its JavaScript engine for templates is large, so it is a package of its own.

@@ -3,6 +3,7 @@
 use crate::{robots, transfer};
 use clap::{Args, Parser, Subcommand};
 use metal_lab::checkpoint::Start;
+use metal_lab::recorded::Wish;
 use metal_lab::store::MOST_SEEDS;
 use std::path::PathBuf;
 
@@ -120,6 +121,8 @@ Examples:
   metal run experiments/toy.toml
   metal run experiments/paper.toml --set phase.fusion.budget.episodes=100 --out runs/short
   metal run my.toml --set 'phase.fusion.acting={ fusion = \"log_opinion_pool\" }'
+  metal run my.toml --record policy.acl=tests.mcap --record phase.fusion=learning.mcap
+  metal run my.toml --demonstrations robot.mcap
 
 Start from a copy of experiments/paper.toml; `metal list` names what can stand in it. A mistake is
 answered with file, line, field and what is allowed. With --set, a table that holds one choice, such
@@ -243,6 +246,13 @@ pub struct Training {
     pub set: Vec<String>,
     #[command(flatten)]
     pub keeping: Keeping,
+    /// When the run is finished, write what its first training saw, attended to, believed, did and paid to FILE.mcap: all
+    /// phases, or phase.NAME=FILE.mcap, or the tests of policy.NAME=FILE.mcap; may be repeated
+    #[arg(long, value_name = "FILE")]
+    pub record: Vec<Wish>,
+    /// Episodes of each phase or policy to record (0: all)
+    #[arg(long, default_value_t = 100, value_name = "N", requires = "record")]
+    pub record_episodes: u32,
     #[command(flatten)]
     pub printing: Printing,
     /// Threads (0: one per core); results do not depend on it
@@ -265,7 +275,8 @@ pub struct Reproduce {
 pub struct Run {
     /// The experiment file (TOML)
     pub file: PathBuf,
-    /// A person's demonstrations (from `metal studio`) instead of the expert's in Phase I
+    /// What somebody showed (in `metal studio`, or a recording by `metal drive --demonstrate`) instead of the expert in
+    /// Phase I
     #[arg(long, value_name = "FILE")]
     pub demonstrations: Option<PathBuf>,
     /// Folder for report, results, records and minds

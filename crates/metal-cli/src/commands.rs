@@ -14,7 +14,7 @@ use metal_lab::reproduce::{Options, execute_kept, planned_steps, quick};
 use metal_lab::results::Results;
 use metal_lab::store::Store;
 use metal_lab::task::{NamedTask, Prices, Recipe, TableTask, Task};
-use metal_lab::{catalogue, experiments, finish, reevaluate, traffic};
+use metal_lab::{catalogue, experiments, finish, recorded, reevaluate, traffic};
 use metal_robots::Emergency;
 use metal_studio::server;
 use metal_studio::subject::Subject;
@@ -116,11 +116,13 @@ fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
         quick: training.quick,
         all_subsets: training.all_subsets,
     };
+    check_recordings(&plan, training)?;
     let store = Store::create(out)?;
     let results = match begin(&store, &Job::new(&plan, &options)?, &training.keeping)? {
         Begun::Finished => store.read_results()?,
         Begun::Work(checkpoint) => work((plan.clone(), options), &store, checkpoint)?,
     };
+    record(&store, training)?;
     if training.printing.json {
         return say_json(&results);
     }
@@ -131,6 +133,25 @@ fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
     }
     let (report, numbers) = (store.path("report.html"), store.path("results.json"));
     say(&format!("{text}\nreport:  {}\nnumbers: {}\n", report.display(), numbers.display()))
+}
+
+/// Before anything is learned: whether there is what shall be recorded, and room for it.
+fn check_recordings(plan: &Plan, training: &Training) -> anyhow::Result<()> {
+    for wish in &training.record {
+        wish.piece.check(plan).map_err(anyhow::Error::msg).context("--record")?;
+        keep_clear(&wish.file, training.keeping.force)?;
+    }
+    Ok(())
+}
+
+fn record(store: &Store, training: &Training) -> anyhow::Result<()> {
+    if training.record.is_empty() {
+        return Ok(());
+    }
+    let bar = Bar::new(0);
+    let done = recorded::record(store, &training.record, training.record_episodes as usize, &bar);
+    bar.finish();
+    Ok(done?)
 }
 
 fn begin(store: &Store, job: &Job, keeping: &Keeping) -> anyhow::Result<Begun> {
@@ -150,13 +171,13 @@ fn work((plan, options): (Plan, Options), store: &Store, checkpoint: Checkpoint)
     Ok(results)
 }
 
-/// The plan with a person's demonstrations in Phase I, if somebody gave some.
+/// The plan with what somebody showed in Phase I, if there is anything.
 fn taught_by(plan: Plan, demonstrations: Option<&Path>) -> anyhow::Result<Plan> {
     let Some(path) = demonstrations else { return Ok(plan) };
     let set = Demonstrations::read(path, &plan.spec)?;
     let quality = set.quality();
     eprintln!(
-        "metal: learning from {} steps of a person, {} with an accident, {:.0} % unlike the expert",
+        "metal: learning from {} steps that were shown, {} with an accident, {:.0} % unlike the expert",
         quality.steps,
         quality.accidents,
         100.0 * quality.disagreement

@@ -39,6 +39,7 @@ Examples:
   metal drive --robot epuck2://192.168.1.10 --run runs/reproduce
   metal drive --robot epuck:///dev/rfcomm0?crop --run runs/reproduce --calibration room.toml
   metal drive --robot webots://localhost:1234/learner --run runs/reproduce --road-seed 1 --episodes 5
+  metal drive --robot webots://localhost --road-seed 1 --demonstrate --episodes 20 --record shown.mcap
 
 Ctrl-C stops the wheels at once. Keep the robot within reach.";
 
@@ -137,8 +138,12 @@ pub struct Drive {
     #[command(flatten)]
     robot: Found,
     /// A folder that `metal reproduce` or `metal run` wrote
-    #[arg(long)]
-    run: PathBuf,
+    #[arg(long, required_unless_present = "demonstrate")]
+    run: Option<PathBuf>,
+    /// Show how it is done: every sensor is read before every step, so that others can learn from the recording. The
+    /// expert drives, or the mind of --run
+    #[arg(long, requires = "record")]
+    demonstrate: bool,
     /// Who drives, as the run's plan names it
     #[arg(long, default_value = "acl")]
     policy: String,
@@ -307,7 +312,14 @@ impl Observer for Log<'_> {
 
 pub fn go(request: &Drive) -> anyhow::Result<()> {
     request.record.iter().try_for_each(|path| keep_clear(path, request.force))?;
-    let store = Store::open(&request.run)?;
+    match &request.run {
+        Some(folder) => go_with(folder, request),
+        None => demonstrate(request),
+    }
+}
+
+fn go_with(folder: &Path, request: &Drive) -> anyhow::Result<()> {
+    let store = Store::open(folder)?;
     let (plan, card) = store.read_run()?;
     let Some(row) = plan.file.policy.get(&request.policy) else {
         let names: Vec<&str> = plan.file.policy.keys().map(String::as_str).collect();
@@ -321,7 +333,7 @@ pub fn go(request: &Drive) -> anyhow::Result<()> {
     ensure!(
         plan.spec.sensors == spec.sensors,
         "the mind of {} has other sensors than a body",
-        request.run.display()
+        folder.display()
     );
     let candidate = Candidate {
         plan: &plan,
@@ -330,39 +342,49 @@ pub fn go(request: &Drive) -> anyhow::Result<()> {
         roster: plan.roster(&row.roster),
         blind: card.blind,
     };
-    let tape = request.record.as_deref().map(|path| Tape::create(path, &spec)).transpose()?;
     let first = spec.measures.len() - LINK_MEASURES.len();
     let watcher = Watcher { trace: Trace::new(&spec), progress: &metal_lab::progress::Silent };
-    let beliefs = tape.clone().map(Beliefs);
-    let mut log = Log { watcher, first, sums: [0.0; 4], steps: 0, beliefs };
+    let mut log = Log { watcher, first, sums: [0.0; 4], steps: 0, beliefs: None };
     let rest = (request.episodes, &Streams::new(card.seed).child("drive"));
-    let (environment, outcome) =
-        run(environment, tape.as_ref(), |world| drive(&candidate, world, rest, &mut log));
-    // What was recorded until something failed is worth keeping.
-    tape.map(|tape| tape.finish()).transpose()?;
-    outcome?;
+    let environment = recorded(request, environment, |world, tape| {
+        log.beliefs = tape.map(Beliefs);
+        Ok(drive(&candidate, world, rest, &mut log)?)
+    })?;
     say(&summary(&log, &environment))
 }
 
-/// Lets `act` happen in the environment, recorded if there is a tape.
-fn run<T>(
+/// The expert shows how it is done.
+fn demonstrate(request: &Drive) -> anyhow::Result<()> {
+    let streams = Streams::new(0).child("demonstrate");
+    let rest = (request.episodes, &streams);
+    recorded(request, body(request)?, |world, _| Ok(metal_lab::recorded::show(world, rest)?))?;
+    say(&format!("{} episodes shown\n", request.episodes))
+}
+
+/// Lets `act` happen in the environment, recorded if that is wanted; the environment again, if all went well.
+fn recorded(
+    request: &Drive,
     mut environment: RobotEnvironment,
-    tape: Option<&Tape>,
-    act: impl FnOnce(&mut dyn Environment) -> T,
-) -> (RobotEnvironment, T) {
-    let Some(tape) = tape else {
-        let outcome = act(&mut environment);
-        return (environment, outcome);
+    act: impl FnOnce(&mut dyn Environment, Option<Tape>) -> anyhow::Result<()>,
+) -> anyhow::Result<RobotEnvironment> {
+    let Some(path) = &request.record else {
+        act(&mut environment, None)?;
+        return Ok(environment);
     };
-    let mut recorder = Recorder::new(environment, tape.clone());
-    let outcome = act(&mut recorder);
-    (recorder.into_inner(), outcome)
+    let tape = Tape::create(path, environment.spec())?;
+    let start = if request.demonstrate { Recorder::thorough } else { Recorder::new };
+    let mut recorder = start(environment, tape.clone());
+    let outcome = act(&mut recorder, Some(tape.clone()));
+    let environment = recorder.into_inner();
+    // What was recorded until something failed is worth keeping.
+    tape.finish()?;
+    outcome.map(|()| environment)
 }
 
 /// `metal replay`
 #[derive(Debug, Args)]
 pub struct Replayed {
-    /// A recording that `metal drive --record` wrote
+    /// A recording that `metal drive --record` or `metal run --record` wrote
     file: PathBuf,
 }
 
@@ -371,10 +393,10 @@ pub fn replay(request: &Replayed) -> anyhow::Result<()> {
     let replay = Replay::open(&request.file).with_context(|| request.file.display().to_string())?;
     let mut text = format!("{}\nepisode  steps  motor reward  looks a step\n", replay.spec().id);
     for (i, steps) in replay.episodes().iter().enumerate() {
-        let count = steps.len().max(1) as f64;
-        let looks = steps.iter().map(|s| s.attended.len()).sum::<usize>() as f64 / count;
-        let reward: f64 = steps.iter().filter_map(|s| s.moved).map(|(_, o)| o.motor_reward).sum();
-        text += &format!("{i:>7}  {:>5}  {reward:>12.1}  {looks:>12.2}\n", steps.len());
+        let made = steps.iter().filter_map(|s| s.moved);
+        let (count, reward) = (made.clone().count(), made.map(|(_, o)| o.motor_reward).sum::<f64>());
+        let looks = steps.iter().map(|s| s.attended.len()).sum::<usize>() as f64 / count.max(1) as f64;
+        text += &format!("{i:>7}  {count:>5}  {reward:>12.1}  {looks:>12.2}\n");
     }
     say(&text)
 }

@@ -107,6 +107,52 @@ fn a_trained_mind_drives_webots_and_an_epuck2_and_pays_only_for_what_it_looks_at
     assert_eq!(text(&output).lines().filter(|l| l.contains(" 6 ") && l.ends_with("1.00")).count(), 2);
 }
 
+/// Trains the plan of these tests with more arguments, and returns what was said.
+fn train(name: &str, more: &[&str]) -> String {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    let plan = PathBuf::from(mind()).with_extension("toml");
+    let run = ["run", plan.to_str().unwrap(), "--out", folder.to_str().unwrap(), "--seeds", "1"];
+    let output = metal(&[&run[..], more].concat()).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output));
+    text(&output)
+}
+
+#[test]
+fn what_robots_showed_teaches_in_simulation_and_the_other_way_round() {
+    let webots = serve(&["webots", "--bind", "127.0.0.1:0"]);
+    let robot = format!("webots://{}/learner", webots.1);
+    let show = ["drive", "--robot", &robot, "--demonstrate", "--road-seed", "1", "--force", "--steps", "8"];
+    let output =
+        metal(&[&show[..], &["--episodes", "2", "--record", "expert.mcap"]].concat()).output().unwrap();
+    assert!(output.status.success() && text(&output).contains("2 episodes shown"), "{}", text(&output));
+    let said = train("shown-by-an-expert", &["--demonstrations", "expert.mcap"]);
+    assert!(said.contains("learning from 16 steps that were shown"), "{said}");
+
+    let epuck2 = serve(&["epuck2", "--bind", "127.0.0.1:0"]);
+    let robot = format!("epuck2://{}", epuck2.1);
+    let show = ["drive", "--robot", &robot, "--demonstrate", "--force", "--record", "mind.mcap"];
+    let output = metal(&show).output().unwrap();
+    assert!(text(&output).contains("--run"), "without a supervisor there is no expert: {}", text(&output));
+    let more = ["--run", mind(), "--policy", "near", "--steps", "3"];
+    let output = metal(&[&show[..], &more].concat()).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output));
+    let said = train("shown-by-a-mind", &["--demonstrations", "mind.mcap"]);
+    assert!(said.contains("learning from 3 steps that were shown"), "{said}");
+
+    // The simulation shows, and learning on the robot's own recording begins with it.
+    train("shows", &["--force", "--record", "phase.demonstration=simulated.mcap", "--record", "all.mcap"]);
+    let text_of = |body: &str| PLAN.replace("[environment.highway_scripted]\nhorizon = 10", body);
+    let plan = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("on-a-robot.toml");
+    std::fs::write(&plan, text_of("[environment.replay]\nfile = \"expert.mcap\"")).unwrap();
+    let run = ["run", plan.to_str().unwrap(), "--out", "on-a-robot", "--seeds", "1", "--force"];
+    let output = metal(&[&run[..], &["--demonstrations", "simulated.mcap"]].concat()).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output));
+    assert!(text(&output).contains("learning from 60 steps that were shown"), "{}", text(&output));
+    let output = metal(&["replay", "all.mcap"]).output().unwrap();
+    assert!(text(&output).contains("Highway-v0") && text(&output).lines().count() == 8, "{}", text(&output));
+}
+
 #[test]
 fn ctrl_c_stops_the_wheels() {
     let server = serve(&["epuck2", "--bind", "127.0.0.1:0"]);

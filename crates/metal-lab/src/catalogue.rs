@@ -20,6 +20,7 @@ const ENTRIES: &[(&str, &str, &str)] = &[
     ("environment", "cube", "Cube-v0: classification with 20 features that cost"),
     ("environment", "cube_nm", "CubeNM-v0: the same in five contexts; which one, must be bought, too"),
     ("environment", "faulty", "any of these behind sensors that fail (`faults`), e.g. { dead, rate = 0.25 }"),
+    ("environment", "replay", "a recording (`file`), of a simulation or a robot; it goes its own way"),
     (
         "learner",
         "absp",
@@ -31,7 +32,11 @@ const ENTRIES: &[(&str, &str, &str)] = &[
     ("learner", "mlp", "a small neural network with replay"),
     ("learner", "given", "no learning: the sensor's reading is the expert's opinion"),
     ("acting", "\"advisor\"", "the environment's expert advisor (Phase I; the oracle)"),
-    ("acting", "{ demonstrations = FILE }", "a person, recorded in `metal studio` (Phase I)"),
+    (
+        "acting",
+        "{ demonstrations = FILE }",
+        "what a person or a robot showed: `metal studio`, `metal drive --demonstrate` (Phase I)",
+    ),
     ("acting", "{ solo = MEMBER }", "one member alone: the full observer, a fixed subset of sensors"),
     ("acting", "{ fusion = FUSER }", "the whole roster through a fuser (Phase II)"),
     ("acting", "{ attention = NAME }", "an attention controller (Phase III)"),

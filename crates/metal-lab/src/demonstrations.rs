@@ -4,6 +4,9 @@
 //! sensors said, what the person then did, and what came of it. A moment without an action closes an episode that a
 //! clock or the person cut: it shows where the last action led, so that learners can see past the cut.
 //!
+//! A recording (MCAP) in which every sensor was read before every step is such a set, too, whoever was at the wheel:
+//! `metal drive --demonstrate` makes one on a robot.
+//!
 //! To learn, the set becomes a world of its own, [`Recording`]: it shows the readings again and advises the recorded
 //! action, so Phase I runs through the one loop as ever.
 
@@ -44,7 +47,7 @@ impl Header {
     }
 
     /// Why demonstrations with this header cannot teach in the world of `spec`.
-    fn mismatch(&self, spec: &EnvironmentSpec) -> Option<String> {
+    pub(crate) fn mismatch(&self, spec: &EnvironmentSpec) -> Option<String> {
         let names = |sensors: &[SensorSpec]| -> Vec<(String, usize)> {
             sensors.iter().map(|s| (s.name.clone(), s.features.len())).collect()
         };
@@ -160,7 +163,15 @@ impl Demonstrations {
     pub fn read(path: &Path, spec: &EnvironmentSpec) -> Result<Self, DemonstrationError> {
         let unreadable =
             |e: std::io::Error| DemonstrationError { path: path.into(), line: None, reason: e.to_string() };
-        Self::parse(&std::fs::read_to_string(path).map_err(unreadable)?, path, spec)
+        let bytes = std::fs::read(path).map_err(unreadable)?;
+        let blame = |reason| DemonstrationError { path: path.into(), line: None, reason };
+        if bytes.starts_with(metal_recording::MAGIC) {
+            return crate::recorded::demonstrations(&bytes, spec).map_err(blame);
+        }
+        let Ok(text) = String::from_utf8(bytes) else {
+            return Err(blame("stream did not contain valid UTF-8".to_owned()));
+        };
+        Self::parse(&text, path, spec)
     }
 
     /// As [`Self::read`], from the text of the file; `path` is only named in what is said about it.

@@ -74,9 +74,22 @@ pub fn watch(
     streams: &Streams,
     observer: &mut dyn Observer,
 ) -> Result<(), RunError> {
-    let mut environment = candidate.plan.environment(&course.scenario, Some(&course.roads)).build()?;
-    let streams = streams.child("evaluation").child(&roads_name(&course.roads)).child(&course.scenario);
+    let (mut environment, streams) = ground(candidate.plan, course, streams)?;
     drive(candidate, environment.as_mut(), (course.runs, &streams), observer)
+}
+
+/// The world of a course, and the streams of its episodes.
+///
+/// # Errors
+/// If the world cannot be built.
+pub fn ground(
+    plan: &Plan,
+    course: &Course,
+    streams: &Streams,
+) -> Result<(Box<dyn Environment>, Streams), RunError> {
+    let environment = plan.environment(&course.scenario, Some(&course.roads)).build()?;
+    let streams = streams.child("evaluation").child(&roads_name(&course.roads)).child(&course.scenario);
+    Ok((environment, streams))
 }
 
 /// As [`watch`], in a world that stands ready: `runs` episodes, all randomness from the streams beside them.

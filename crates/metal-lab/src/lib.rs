@@ -16,6 +16,7 @@ pub mod evaluate;
 pub mod faults;
 pub mod finish;
 pub mod mind;
+pub mod recorded;
 pub mod reevaluate;
 pub mod reproduce;
 mod teach;

@@ -1,6 +1,7 @@
 //! The only place where names become worlds.
 
 use crate::traffic;
+use metal_recording::Replay;
 use metal_rl::environment::Environment;
 use metal_worlds::faulty::{Faults, Faulty};
 use metal_worlds::highway::classify::ColourThresholds;
@@ -14,6 +15,7 @@ use metal_worlds::tabular::{CubeConfig, CubeNmConfig, Data, Tabular, Verdict, cu
 use metal_worlds::toy::Toy;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 pub use metal_worlds::highway::RoadSet as Roads;
@@ -40,6 +42,16 @@ pub enum EnvironmentConfig {
     CubeNm(CubeNmConfig),
     /// Any of these behind sensors that fail.
     Faulty(FaultyConfig),
+    /// A recording (MCAP), of a simulation or of a robot.
+    Replay(ReplayConfig),
+}
+
+/// A recording as a world: it shows what was seen and goes on with what was done then, whatever a mind does now.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReplayConfig {
+    /// The recording, from the folder in which `metal` is started.
+    pub file: PathBuf,
 }
 
 /// A world and what is wrong with its sensors.
@@ -89,6 +101,11 @@ impl EnvironmentConfig {
             Self::Toy(_) => Box::new(Toy::new()),
             Self::Cube(config) => Box::new(table(cube(config))),
             Self::CubeNm(config) => Box::new(table(cube_nm(config))),
+            Self::Replay(config) => {
+                let found = Replay::open(&config.file);
+                let named = |e| refuse("replay.file", format!("{}: {e}", config.file.display()));
+                Box::new(found.map_err(named)?.stubborn())
+            }
             Self::Faulty(config) => {
                 let broken = Faulty::new(config.world.build()?, config.faults.clone());
                 Box::new(broken.map_err(|e| refuse(format!("faulty.faults.{}", e.field), e.message))?)
@@ -124,7 +141,7 @@ impl EnvironmentConfig {
             Self::Faulty(config) if matches!(*config.world, Self::Faulty(_)) => {
                 Err(refuse("faulty.world", "faulty: faults of faults are not to be had"))
             }
-            Self::Maze(_) | Self::Toy(_) | Self::Faulty(_) => Ok(()),
+            Self::Maze(_) | Self::Toy(_) | Self::Faulty(_) | Self::Replay(_) => Ok(()),
         }
     }
 

@@ -6,6 +6,7 @@ use crate::demonstrations::{DemonstrationError, Demonstrations, Recording};
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
 use crate::progress::Progress;
+use crate::registry::EnvironmentConfig;
 use crate::teach::teach;
 use crate::trace::{Trace, Watcher};
 use crate::watched::{Ear, Heard, Overheard, Wheel};
@@ -146,7 +147,8 @@ fn train_phase_kept(
     let newborn = || Draft { mind, trace: Trace::new(&plan.spec), at: Position::default(), saved: 0 };
     let mut draft = ledger.draft(plan, name).unwrap_or_else(newborn);
     // A recording is read from its first line to its last: it cannot be begun in the middle.
-    let divisible = !matches!(plan.file.phase[name].acting, Acting::Demonstrations(_));
+    let shown = matches!(plan.file.phase[name].acting, Acting::Demonstrations(_));
+    let divisible = !shown && !matches!(plan.file.environment, EnvironmentConfig::Replay(_));
     let diary = loop {
         let (due, ear) = (ledger.alarm(), &mut |_: &Heard<'_>| {});
         let mut observer = Watcher { trace: draft.trace, progress };
@@ -210,7 +212,7 @@ pub fn learn_phase(
 }
 
 /// As [`learn_phase`], a leg of it. Counterfactual policy iteration knows no legs. Nothing comes back from a pause.
-fn learn_leg(
+pub(crate) fn learn_leg(
     (plan, name): (&Plan, &str),
     mind: &mut Mind,
     streams: &Streams,

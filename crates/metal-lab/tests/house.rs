@@ -146,7 +146,7 @@ fn layers_only_look_down() {
     for (name, allowed) in [
         ("metal-rl", &[][..]),
         ("metal-worlds", &["metal-rl"][..]),
-        ("metal-lab", &["metal-rl", "metal-worlds"][..]),
+        ("metal-lab", &["metal-recording", "metal-rl", "metal-worlds"][..]),
     ] {
         let found = house_dependencies(&format!("crates/{name}/Cargo.toml"));
         let allowed = allowed.iter().map(|a| (*a).to_owned()).collect();

@@ -1,13 +1,29 @@
 //! The few ROS 2 messages that a recording consists of, in CDR (little-endian): arrays of numbers, and pictures.
 
-use metal_robots::Picture;
-use metal_robots::bytes::Reader;
-use metal_robots::error::ProtocolError;
+use metal_rl::environment::Picture;
+
+/// Why bytes are no message of ours.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CdrError {
+    /// There is less than there has to be.
+    #[error("the message ends too early: {wanted} bytes wanted, {left} left")]
+    Truncated {
+        /// Bytes wanted.
+        wanted: usize,
+        /// Bytes left.
+        left: usize,
+    },
+    /// Another kind of message.
+    #[error("unexpected: {0}")]
+    Unexpected(&'static str),
+}
 
 /// Name of the message of floating-point numbers.
 pub const FLOATS: &str = "std_msgs/msg/Float64MultiArray";
 /// Name of the message of bytes.
 pub const BYTES: &str = "std_msgs/msg/UInt8MultiArray";
+/// Name of the message of words.
+pub const TEXT: &str = "std_msgs/msg/String";
 /// Name of the message of pictures.
 pub const IMAGE: &str = "sensor_msgs/msg/Image";
 
@@ -23,6 +39,7 @@ const PICTURE: &str = "std_msgs/Header header\nuint32 height\nuint32 width\nstri
 pub fn definition(name: &str) -> String {
     match name {
         IMAGE => format!("{PICTURE}{LINE}{HEADER}{LINE}{TIME}"),
+        TEXT => "string data\n".to_owned(),
         BYTES => format!("MultiArrayLayout layout\nuint8[] data\n{LINE}{LAYOUT}{LINE}{DIMENSION}"),
         _ => format!("MultiArrayLayout layout\nfloat64[] data\n{LINE}{LAYOUT}{LINE}{DIMENSION}"),
     }
@@ -82,6 +99,14 @@ pub fn bytes(values: &[u8]) -> Vec<u8> {
     cdr.0
 }
 
+/// A message of words.
+#[must_use]
+pub fn text(words: &str) -> Vec<u8> {
+    let mut cdr = Cdr::new();
+    cdr.text(words);
+    cdr.0
+}
+
 /// A picture taken at `time_ns`.
 #[must_use]
 pub fn image(picture: &Picture, time_ns: u64) -> Vec<u8> {
@@ -103,37 +128,40 @@ pub fn image(picture: &Picture, time_ns: u64) -> Vec<u8> {
 ///
 /// # Errors
 /// If it is no such message.
-pub fn read_floats(message: &[u8]) -> Result<Vec<f64>, ProtocolError> {
-    let mut r = Reader::new(message);
-    let count = start(&mut r)?;
+pub fn read_floats(message: &[u8]) -> Result<Vec<f64>, CdrError> {
+    let (count, rest) = start(message)?;
     // The encapsulation has 4 bytes, the three counters 12: already a multiple of 8 behind 4 more.
-    if count > 0 {
-        r.take(4)?;
-    }
-    if count > r.remaining() / 8 {
-        return Err(ProtocolError::Truncated { wanted: 8 * count, left: r.remaining() });
-    }
-    (0..count).map(|_| r.f64()).collect()
+    let (_, rest) = take(rest, if count > 0 { 4 } else { 0 })?;
+    let (numbers, _) = take(rest, count.saturating_mul(8))?;
+    Ok(numbers.as_chunks().0.iter().copied().map(f64::from_le_bytes).collect())
 }
 
 /// The bytes in a message that [`bytes`] wrote.
 ///
 /// # Errors
 /// If it is no such message.
-pub fn read_bytes(message: &[u8]) -> Result<Vec<u8>, ProtocolError> {
-    let mut r = Reader::new(message);
-    let count = start(&mut r)?;
-    Ok(r.take(count)?.to_vec())
+pub fn read_bytes(message: &[u8]) -> Result<Vec<u8>, CdrError> {
+    let (count, rest) = start(message)?;
+    Ok(take(rest, count)?.0.to_vec())
 }
 
-fn start(r: &mut Reader) -> Result<usize, ProtocolError> {
-    if r.take(4)? != ENCAPSULATION {
-        return Err(ProtocolError::Unexpected("a message that is not little-endian CDR".to_owned()));
+/// The number of entries, and what stands behind it.
+fn start(message: &[u8]) -> Result<(usize, &[u8]), CdrError> {
+    let (encapsulation, rest) = take(message, 4)?;
+    if encapsulation != ENCAPSULATION {
+        return Err(CdrError::Unexpected("a message that is not little-endian CDR"));
     }
-    if (r.u32()?, r.u32()?) != (0, 0) {
-        return Err(ProtocolError::Unexpected("an array with dimensions".to_owned()));
+    let (layout, rest) = take(rest, 8)?;
+    if layout != [0; 8] {
+        return Err(CdrError::Unexpected("an array with dimensions"));
     }
-    Ok(r.u32()? as usize)
+    let (count, rest) = take(rest, 4)?;
+    let count = count.iter().rev().fold(0, |n, &byte| n << 8 | usize::from(byte));
+    Ok((count, rest))
+}
+
+fn take(bytes: &[u8], wanted: usize) -> Result<(&[u8], &[u8]), CdrError> {
+    bytes.split_at_checked(wanted).ok_or(CdrError::Truncated { wanted, left: bytes.len() })
 }
 
 #[cfg(test)]

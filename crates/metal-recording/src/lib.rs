@@ -10,6 +10,7 @@ pub mod recorder;
 pub mod replay;
 pub mod tape;
 
-pub use recorder::{Beliefs, Pictured, Recorder};
+pub use mcap::MAGIC;
+pub use recorder::{Beliefs, Recorder};
 pub use replay::Replay;
 pub use tape::{Tape, TapeError};

@@ -5,6 +5,7 @@ use crate::recorder::topic;
 use crate::tape::{SPEC, TapeError};
 use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use std::path::Path;
+use std::sync::Arc;
 
 /// One motor step on the tape.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,7 +16,7 @@ pub struct Recorded {
     pub attended: Vec<u8>,
     /// Measures of the step.
     pub measures: Vec<f64>,
-    /// Motor action, and what it led to.
+    /// Motor action, and what it led to; none behind the last step of an episode, where only readings are left.
     pub moved: Option<(usize, Outcome)>,
 }
 
@@ -26,7 +27,8 @@ pub struct Recorded {
 #[derive(Clone, Debug)]
 pub struct Replay {
     spec: EnvironmentSpec,
-    episodes: Vec<Vec<Recorded>>,
+    episodes: Arc<Vec<Vec<Recorded>>>,
+    stubborn: bool,
     next: usize,
     episode: usize,
     step: usize,
@@ -48,14 +50,21 @@ impl Replay {
     pub fn of(bytes: &[u8]) -> Result<Self, TapeError> {
         let spec = contract(bytes)?;
         let mut episodes = read_episodes(bytes, &spec)?;
-        episodes.retain(|steps| !steps.is_empty());
+        episodes.retain(|steps| steps.iter().any(|s| s.moved.is_some()));
         if episodes.is_empty() {
             return Err(TapeError::Foreign("it holds no motor step".to_owned()));
         }
-        Ok(Self { spec, episodes, next: 0, episode: 0, step: 0 })
+        Ok(Self { spec, episodes: Arc::new(episodes), stubborn: false, next: 0, episode: 0, step: 0 })
     }
 
-    /// Motor steps of each episode.
+    /// Goes on with what was done then, whatever is done now, instead of refusing it: policies can be compared by what
+    /// they look at, and not by where it leads.
+    #[must_use]
+    pub fn stubborn(self) -> Self {
+        Self { stubborn: true, ..self }
+    }
+
+    /// Motor steps of each episode, and what was seen behind the last.
     #[must_use]
     pub fn episodes(&self) -> &[Vec<Recorded>] {
         &self.episodes
@@ -86,12 +95,18 @@ fn read_episodes(bytes: &[u8], spec: &EnvironmentSpec) -> Result<Vec<Vec<Recorde
     let topics: Vec<String> = spec.sensors.iter().map(|s| topic(&s.name)).collect();
     let blank = || Recorded { readings: vec![None; topics.len()], ..Recorded::default() };
     let (mut episodes, mut step): (Vec<Vec<Recorded>>, Recorded) = (Vec::new(), blank());
+    // What was read behind the last step of an episode belongs to it.
+    let close = |episodes: &mut Vec<Vec<Recorded>>, rest: Recorded| {
+        if let Some(steps) = episodes.last_mut().filter(|_| rest.readings.iter().any(Option::is_some)) {
+            steps.push(rest);
+        }
+    };
     for message in mcap::MessageStream::new(bytes)? {
         let message = message?;
         match message.channel.topic.as_str() {
             "/episode" => {
+                close(&mut episodes, std::mem::replace(&mut step, blank()));
                 episodes.push(Vec::new());
-                step = blank();
             }
             "/attention" => step.attended = read_bytes(&message.data)?,
             "/measures" => step.measures = read_floats(&message.data)?,
@@ -108,12 +123,13 @@ fn read_episodes(bytes: &[u8], spec: &EnvironmentSpec) -> Result<Vec<Vec<Recorde
             }
         }
     }
+    close(&mut episodes, step);
     Ok(episodes)
 }
 
 fn reading(data: &[u8], features: usize) -> Result<Vec<f64>, TapeError> {
     let values = read_floats(data)?;
-    if values.len() == features && values.iter().all(|v| v.is_finite()) {
+    if values.len() == features && !values.iter().any(|v| v.is_infinite()) {
         return Ok(values);
     }
     Err(TapeError::Foreign(format!("a reading {values:?} of a sensor with {features} features")))
@@ -145,10 +161,14 @@ impl Environment for Replay {
     }
 
     fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
-        // Behind the last step there is nothing on the tape; what was last seen is the best that is known.
-        let last = self.episodes[self.episode].len() - 1;
-        let recorded = &self.episodes[self.episode][self.step.min(last)];
-        match &recorded.readings[sensor] {
+        let steps = &self.episodes[self.episode];
+        let last = steps.len() - 1;
+        let mut reading = &steps[self.step.min(last)].readings[sensor];
+        if reading.is_none() && self.now().is_none_or(|r| r.moved.is_none()) {
+            // Behind the last step; what was last seen is the best that is known.
+            reading = steps.iter().rev().map(|s| &s.readings[sensor]).find(|r| r.is_some()).unwrap_or(&None);
+        }
+        match reading {
             Some(values) => {
                 out.copy_from_slice(values);
                 Ok(())
@@ -166,12 +186,12 @@ impl Environment for Replay {
         let Some((taken, mut outcome)) = self.now().and_then(|r| r.moved) else {
             return Err(self.refuse(&name, "the recorded episode is over".to_owned()));
         };
-        if action != taken {
+        if action != taken && !self.stubborn {
             let then = &self.spec.actions[taken];
             return Err(self.refuse(&name, format!("the recording went on with `{then}`")));
         }
         self.step += 1;
-        if self.step == self.episodes[self.episode].len() && outcome.end == End::Running {
+        if outcome.end == End::Running && self.now().is_none_or(|r| r.moved.is_none()) {
             outcome.end = End::TimeLimit;
         }
         Ok(outcome)
@@ -182,8 +202,9 @@ impl Environment for Replay {
         &self.episodes[self.episode][before].measures
     }
 
+    /// What was done then. Behind the last step nothing was done, and what is advised there is not carried out.
     fn advise(&mut self) -> Option<usize> {
-        self.now().and_then(|r| r.moved).map(|(action, _)| action)
+        Some(self.now().and_then(|r| r.moved).map_or(0, |(action, _)| action))
     }
 
     fn fork(&self) -> Option<Box<dyn Environment>> {

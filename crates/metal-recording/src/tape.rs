@@ -2,7 +2,7 @@
 
 use crate::cdr;
 use mcap::records::{MessageHeader, Metadata};
-use metal_rl::environment::EnvironmentSpec;
+use metal_rl::environment::{EnvironmentSpec, Picture};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
@@ -25,7 +25,7 @@ pub enum TapeError {
     Mcap(#[from] mcap::McapError),
     /// A message.
     #[error("{0}")]
-    Message(#[from] metal_robots::ProtocolError),
+    Message(#[from] cdr::CdrError),
     /// The contract inside.
     #[error("the contract in the recording means nothing: {0}")]
     Spec(#[from] serde_json::Error),
@@ -40,6 +40,7 @@ struct Inner {
     time_ns: u64,
     sequence: u32,
     error: Option<TapeError>,
+    resting: bool,
 }
 
 /// A recording being written. Clones write into the same file.
@@ -57,7 +58,14 @@ impl Tape {
         let metadata = BTreeMap::from([("json".to_owned(), serde_json::to_string(spec)?)]);
         writer.write_metadata(&Metadata { name: SPEC.to_owned(), metadata })?;
         let channels = BTreeMap::new();
-        Ok(Self(Arc::new(Mutex::new(Inner { writer, channels, time_ns: 0, sequence: 0, error: None }))))
+        Ok(Self(Arc::new(Mutex::new(Inner {
+            writer,
+            channels,
+            time_ns: 0,
+            sequence: 0,
+            error: None,
+            resting: false,
+        }))))
     }
 
     /// Writes a message of numbers.
@@ -70,8 +78,13 @@ impl Tape {
         self.message((topic, cdr::BYTES), |_| cdr::bytes(values));
     }
 
+    /// Writes a message of words.
+    pub fn text(&self, topic: &str, words: &str) {
+        self.message((topic, cdr::TEXT), |_| cdr::text(words));
+    }
+
     /// Writes a picture.
-    pub fn image(&self, topic: &str, picture: &metal_robots::Picture) {
+    pub fn image(&self, topic: &str, picture: &Picture) {
         self.message((topic, cdr::IMAGE), |time_ns| cdr::image(picture, time_ns));
     }
 
@@ -81,6 +94,16 @@ impl Tape {
             inner.time_ns += STEP_NS;
             Ok(())
         });
+    }
+
+    /// Nothing is written any more, until [`Self::go_on`].
+    pub fn rest(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).resting = true;
+    }
+
+    /// Ends a rest.
+    pub fn go_on(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).resting = false;
     }
 
     /// Ends the recording.
@@ -110,11 +133,25 @@ impl Tape {
     fn with(&self, write: impl FnOnce(&mut Inner) -> Result<(), TapeError>) {
         let mut inner = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if inner.error.is_none()
+            && !inner.resting
             && let Err(error) = write(&mut inner)
         {
             inner.error = Some(error);
         }
     }
+}
+
+/// Topic and time (nanoseconds) of every message of a recording, in its order.
+///
+/// # Errors
+/// If it is no MCAP.
+pub fn index(bytes: &[u8]) -> Result<Vec<(String, u64)>, TapeError> {
+    let mut rows = Vec::new();
+    for message in mcap::MessageStream::new(bytes)? {
+        let message = message?;
+        rows.push((message.channel.topic.clone(), message.log_time));
+    }
+    Ok(rows)
 }
 
 impl Inner {

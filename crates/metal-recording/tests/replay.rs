@@ -77,6 +77,57 @@ fn what_was_not_recorded_is_not_made_up() {
 }
 
 #[test]
+fn a_thorough_recorder_reads_what_nobody_attended_to_and_what_lies_behind_the_end() {
+    let path = file("thorough.mcap");
+    let world = highway();
+    let tape = Tape::create(&path, world.spec()).unwrap();
+    let mut recorder = Recorder::thorough(world, tape.clone());
+    let mut plain = highway();
+    recorder.reset(1).unwrap();
+    plain.reset(1).unwrap();
+    recorder.sense(6, &mut [0.0; 8]).unwrap();
+    let outcomes = [recorder.step(2).unwrap(), plain.step(2).unwrap()];
+    assert_eq!(outcomes[0], outcomes[1]);
+    while recorder.step(1).unwrap().end == End::Running {
+        plain.step(1).unwrap();
+    }
+    plain.step(1).unwrap();
+    drop(recorder.into_inner());
+    tape.finish().unwrap();
+    let mut replay = Replay::open(&path).unwrap();
+    let steps = replay.episodes()[0].clone();
+    assert_eq!(steps.len(), 6, "five steps, and what lies behind them");
+    assert_eq!(steps.iter().map(|s| s.attended.len()).collect::<Vec<_>>(), [1, 0, 0, 0, 0, 0]);
+    assert!(steps.iter().all(|s| s.readings.iter().all(Option::is_some)));
+    let mut last = [0.0; 4];
+    plain.sense(2, &mut last).unwrap();
+    assert_eq!(steps[5].readings[2].as_deref(), Some(&last[..]));
+    replay.reset(0).unwrap();
+    for action in [2, 1, 1, 1, 1] {
+        assert_eq!(replay.advise(), Some(action));
+        replay.step(action).unwrap();
+    }
+    let mut seen = [0.0; 4];
+    replay.sense(2, &mut seen).unwrap();
+    assert_eq!(seen, last);
+    assert!(replay.step(1).is_err());
+}
+
+#[test]
+fn a_stubborn_replay_goes_its_own_way() {
+    let path = file("stubborn.mcap");
+    let tape = Tape::create(&path, highway().spec()).unwrap();
+    let mut recorder = Recorder::new(highway(), tape.clone());
+    let live = demonstrate(&mut recorder);
+    tape.finish().unwrap();
+    let mut replay = Replay::open(&path).unwrap().stubborn();
+    replay.reset(0).unwrap();
+    for (_, action, outcome) in &live[..5] {
+        assert_eq!(replay.step(4 - action).unwrap(), *outcome);
+    }
+}
+
+#[test]
 fn a_foreign_file_is_refused() {
     assert!(Replay::of(b"hello").is_err());
     let path = file("empty.mcap");
@@ -118,5 +169,5 @@ fn beliefs_and_a_robots_run_are_recorded_too() {
 }
 
 fn mcap_topics(bytes: &[u8]) -> Vec<String> {
-    mcap::MessageStream::new(bytes).unwrap().map(|m| m.unwrap().channel.topic.clone()).collect()
+    metal_recording::tape::index(bytes).unwrap().into_iter().map(|(topic, _)| topic).collect()
 }

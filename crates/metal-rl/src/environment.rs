@@ -53,6 +53,30 @@ impl EnvironmentSpec {
     }
 }
 
+/// A colour picture, row by row from the upper left.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels in a row.
+    pub columns: usize,
+    /// Red, green and blue of each pixel.
+    pub pixels: Vec<[u8; 3]>,
+}
+
+impl Picture {
+    /// Rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.pixels.len() / self.columns.max(1)
+    }
+
+    /// The part of `columns` × `rows` pixels whose upper left corner is at (`left`, `top`).
+    #[must_use]
+    pub fn cropped(&self, [left, top]: [usize; 2], [columns, rows]: [usize; 2]) -> Self {
+        let row = |r: usize| &self.pixels[r * self.columns + left..r * self.columns + left + columns];
+        Self { columns, pixels: (top..top + rows).flat_map(row).copied().collect() }
+    }
+}
+
 /// Whether and why an episode is over. A time limit is no fact about the world, so learners bootstrap through it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum End {
@@ -129,6 +153,12 @@ pub trait Environment: Send {
     /// Facts about the last step for records and figures (see [`EnvironmentSpec::measures`]); no mind may use them.
     fn measures(&self) -> &[f64];
 
+    /// What a camera shows now, for records; no mind may use it. To show it must make nobody look: a body shows a picture
+    /// that was taken anyway, a simulation paints one.
+    fn picture(&self) -> Option<Picture> {
+        None
+    }
+
     /// The motor action an expert advisor with ground truth would take now, where the world has one (Phase I).
     fn advise(&mut self) -> Option<usize> {
         None
@@ -145,5 +175,43 @@ pub trait Environment: Send {
     fn imagine(&self, streams: &crate::random::Streams) -> Option<Box<dyn Environment>> {
         let _ = streams;
         None
+    }
+}
+
+impl<E: Environment + ?Sized> Environment for Box<E> {
+    fn spec(&self) -> &EnvironmentSpec {
+        (**self).spec()
+    }
+
+    fn reset(&mut self, seed: u64) -> Result<(), EnvironmentError> {
+        (**self).reset(seed)
+    }
+
+    fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
+        (**self).sense(sensor, out)
+    }
+
+    fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError> {
+        (**self).step(action)
+    }
+
+    fn measures(&self) -> &[f64] {
+        (**self).measures()
+    }
+
+    fn picture(&self) -> Option<Picture> {
+        (**self).picture()
+    }
+
+    fn advise(&mut self) -> Option<usize> {
+        (**self).advise()
+    }
+
+    fn fork(&self) -> Option<Box<dyn Environment>> {
+        (**self).fork()
+    }
+
+    fn imagine(&self, streams: &crate::random::Streams) -> Option<Box<dyn Environment>> {
+        (**self).imagine(streams)
     }
 }

@@ -376,6 +376,11 @@ impl Environment for RobotEnvironment {
         &self.measures
     }
 
+    /// The picture of this motor step, if somebody attended to the camera.
+    fn picture(&self) -> Option<Picture> {
+        self.whole.clone()
+    }
+
     fn advise(&mut self) -> Option<usize> {
         // An advisor who cannot see gives no advice; the next sense or step reports the broken link.
         let (grounds, poses) = self.truth().ok()??;

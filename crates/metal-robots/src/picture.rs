@@ -1,6 +1,7 @@
 //! Pictures as bodies send them, brought to the 52×39 colour pixels that the mind's regions are cut from.
 
 use crate::error::ProtocolError;
+pub use metal_rl::environment::Picture;
 use metal_worlds::highway::camera::{COLUMNS, ROWS};
 
 /// Columns of the e-puck2's Wi-Fi picture.
@@ -12,35 +13,11 @@ const BLOCK: usize = 3;
 /// Wi-Fi columns and rows left out on each side.
 const MARGIN: [usize; 2] = [(WIFI_COLUMNS - BLOCK * COLUMNS) / 2, (WIFI_ROWS - BLOCK * ROWS) / 2];
 
-/// A colour picture, row by row from the upper left.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
-    /// Pixels in a row.
-    pub columns: usize,
-    /// Red, green and blue of each pixel.
-    pub pixels: Vec<[u8; 3]>,
-}
-
-impl Picture {
-    /// Rows.
-    #[must_use]
-    pub fn rows(&self) -> usize {
-        self.pixels.len() / self.columns.max(1)
-    }
-
-    /// The picture with every channel rounded as RGB565 rounds it.
-    #[must_use]
-    pub fn as_565(&self) -> Self {
-        let pixels = self.pixels.iter().map(|&rgb| from_565(to_565(rgb))).collect();
-        Self { columns: self.columns, pixels }
-    }
-
-    /// The part of `columns` × `rows` pixels whose upper left corner is at (`left`, `top`).
-    #[must_use]
-    pub fn cropped(&self, [left, top]: [usize; 2], [columns, rows]: [usize; 2]) -> Self {
-        let row = |r: usize| &self.pixels[r * self.columns + left..r * self.columns + left + columns];
-        Self { columns, pixels: (top..top + rows).flat_map(row).copied().collect() }
-    }
+/// `picture` with every channel rounded as RGB565 rounds it.
+#[must_use]
+pub fn as_565(picture: &Picture) -> Picture {
+    let pixels = picture.pixels.iter().map(|&rgb| from_565(to_565(rgb))).collect();
+    Picture { columns: picture.columns, pixels }
 }
 
 /// A colour in the two bytes of RGB565, the byte with the red first.
@@ -164,7 +141,7 @@ mod tests {
             prop_assert_eq!(shrink(&enlarge(&picture)).unwrap(), picture.clone());
             let wire = encode_565(&enlarge(&picture));
             prop_assert_eq!(wire.len(), 38_400);
-            prop_assert_eq!(shrink(&decode_565(WIFI_COLUMNS, &wire).unwrap()).unwrap(), picture.as_565());
+            prop_assert_eq!(shrink(&decode_565(WIFI_COLUMNS, &wire).unwrap()).unwrap(), as_565(&picture));
             prop_assert_eq!(decode_bgra(COLUMNS, &encode_bgra(&picture)).unwrap(), picture);
         }
 

@@ -50,7 +50,7 @@ fn every_body_sees_what_its_servers_world_shows() {
             let seen = body.picture(window).unwrap();
             let size = [window.right - window.left, window.bottom - window.top];
             let part = shown.cropped([window.left, window.top], size);
-            let expected = if body.name() == "webots" { part } else { part.as_565() };
+            let expected = if body.name() == "webots" { part } else { metal_robots::picture::as_565(&part) };
             assert_eq!(seen, expected, "{} {window:?}", body.name());
         }
         let calibration = Calibration::of(body.infrared_scale());

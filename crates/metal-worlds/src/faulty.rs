@@ -4,7 +4,7 @@
 //! nothing else, and a sensor that fails at one rate fails at every higher one, so that rates are compared on the same
 //! episodes.
 
-use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome};
+use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome, Picture};
 use metal_rl::random::Streams;
 use metal_rl::set::IndexSet;
 use serde::{Deserialize, Serialize};
@@ -270,19 +270,33 @@ impl Environment for Faulty {
         self.inner.measures()
     }
 
+    fn picture(&self) -> Option<Picture> {
+        self.inner.picture()
+    }
+
     fn advise(&mut self) -> Option<usize> {
         self.inner.advise()
     }
 
     fn fork(&self) -> Option<Box<dyn Environment>> {
-        let inner = self.inner.fork()?;
-        Some(Box::new(Self {
+        Some(Box::new(self.around(self.inner.fork()?)))
+    }
+
+    fn imagine(&self, streams: &Streams) -> Option<Box<dyn Environment>> {
+        Some(Box::new(self.around(self.inner.imagine(streams)?)))
+    }
+}
+
+impl Faulty {
+    /// The same faults, as they stand, around `inner`.
+    fn around(&self, inner: Box<dyn Environment>) -> Self {
+        Self {
             inner,
             faults: self.faults.clone(),
             onset: self.onset.clone(),
             past: self.past.clone(),
             ..*self
-        }))
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The same world at other prices: a front of return against cost needs one task at several.
 
-use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome, Picture};
 use metal_rl::random::Streams;
 
 /// A world whose looks cost `factor` times as much; nothing else changes.
@@ -40,6 +40,10 @@ impl Environment for Priced {
 
     fn measures(&self) -> &[f64] {
         self.inner.measures()
+    }
+
+    fn picture(&self) -> Option<Picture> {
+        self.inner.picture()
     }
 
     fn advise(&mut self) -> Option<usize> {

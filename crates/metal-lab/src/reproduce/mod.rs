@@ -160,6 +160,23 @@ impl Busy {
     }
 }
 
+/// Streams of one reported seed of a run.
+#[must_use]
+pub fn seed_streams(seed: u64, training: usize) -> Streams {
+    Streams::new(seed).child("report").nth(training as u64)
+}
+
+/// Where every policy is tested first: the scenario and the roads that it learned on, shared among `seeds` trainings.
+#[must_use]
+pub fn tested_on(plan: &Plan, seeds: usize) -> Course {
+    course(plan, seeds, &plan.file.environment.training_scenario())
+}
+
+fn course(plan: &Plan, seeds: usize, scenario: &str) -> Course {
+    let runs = plan.file.evaluation.runs.div_ceil(seeds);
+    Course { scenario: scenario.to_owned(), roads: Roads::Training, runs }
+}
+
 /// What every part of the experiment needs.
 struct Desk<'a> {
     plan: &'a Plan,
@@ -172,7 +189,7 @@ struct Desk<'a> {
 impl Desk<'_> {
     /// Streams of one reported seed.
     fn seed(&self, seed: usize) -> Streams {
-        self.streams.child("report").nth(seed as u64)
+        seed_streams(self.options.seed, seed)
     }
 
     fn train(&self) -> Result<Vec<BTreeMap<String, Trained>>, RunError> {
@@ -185,10 +202,10 @@ impl Desk<'_> {
     }
 
     fn course(&self, scenario: &str, roads: &Roads) -> Course {
-        let runs = self.plan.file.evaluation.runs.div_ceil(self.options.seeds);
+        let whole = course(self.plan, self.options.seeds, scenario);
         // Further roads only have to show that nothing was learned by heart: half the runs do.
-        let runs = if *roads == Roads::Training { runs } else { runs.div_ceil(2) };
-        Course { scenario: scenario.to_owned(), roads: roads.clone(), runs }
+        let runs = if *roads == Roads::Training { whole.runs } else { whole.runs.div_ceil(2) };
+        Course { roads: roads.clone(), runs, ..whole }
     }
 
     fn blind(&self, trained: &BTreeMap<String, Trained>) -> Result<usize, RunError> {

@@ -130,8 +130,9 @@ pub struct CounterfactualConfig {
     pub wide_eyed: usize,
     /// Iterations after them over which the price of looking that is learned from rises from 0 to the true one.
     pub price_ramp: usize,
-    /// Half-way through the iterations, if looks cost their full price by then, members that get less than this share of all looks are dismissed, in [0, 1): the
-    /// fewer there are to choose from, the better the choice is learned. 0: nobody is.
+    /// Half-way through the iterations, if looks cost their full price by then, members that get less than this share of all
+    /// looks are dismissed, in [0, 1), but for the one that gets most: the fewer there are to choose from, the better the
+    /// choice is learned. 0: nobody is.
     pub dismissal: f64,
     /// How much worse than the best so far an iterate may be, as a share of the best one's cost at the price learned
     /// from, before the student goes back to the best; infinite: never back. A student that stops looking gets into
@@ -161,7 +162,7 @@ impl Default for CounterfactualConfig {
             gamma: 0.93,
             wide_eyed: 2,
             price_ramp: 5,
-            dismissal: 0.2,
+            dismissal: 0.05,
             tolerance: 0.1,
             validation_runs: 100,
             patience: 0,

@@ -303,11 +303,15 @@ pub fn price_share(iteration: usize, (free, ramp): (usize, usize)) -> f64 {
     }
 }
 
-/// The slots among `before` that were `asked` often enough; all, if nobody was.
+/// The slots among `before` that were `asked` often enough, or most; all, if nobody was.
 fn kept(asked: &[usize], before: IndexSet, least: f64) -> IndexSet {
+    let most = before.iter().map(|slot| asked[slot]).max().unwrap_or(0);
+    if most == 0 {
+        return before;
+    }
     let all = asked.iter().sum::<usize>() as f64;
-    let enough = |&slot: &usize| asked[slot] as f64 >= least * all;
-    if all == 0.0 { before } else { before.iter().filter(enough).collect() }
+    let enough = |&slot: &usize| asked[slot] == most || asked[slot] as f64 >= least * all;
+    before.iter().filter(enough).collect()
 }
 
 /// Motor steps after which own drives begin anew: from `first` to `horizon` over the first half of all iterations.
@@ -386,6 +390,7 @@ mod tests {
         assert_eq!(kept(&[90, 9, 1], all, 0.05), IndexSet::first(2));
         assert_eq!(kept(&[90, 9, 1], all.without(1), 0.0), all.without(1));
         assert_eq!(kept(&[0, 0, 0], all, 0.05), all);
+        assert_eq!(kept(&[30, 30, 40], all, 0.5), IndexSet::EMPTY.with(2), "somebody has to stay");
     }
 
     #[test]

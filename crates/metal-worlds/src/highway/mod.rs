@@ -37,7 +37,7 @@ use infrared::Infrared;
 use kinematics::{BODY_RADIUS_M, SUBSTEP_SECS, SUBSTEPS, Twist, advance};
 use measures::Touch;
 use metal_rl::environment::{
-    End, Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome, SensorSpec,
+    End, Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome, Picture, SensorSpec,
 };
 use metal_rl::random::Streams;
 use std::sync::Arc;
@@ -362,6 +362,10 @@ impl Environment for Highway {
 
     fn measures(&self) -> &[f64] {
         &self.measures
+    }
+
+    fn picture(&self) -> Option<Picture> {
+        Some(Picture { columns: COLUMNS, pixels: self.rgb_image() })
     }
 
     fn advise(&mut self) -> Option<usize> {

@@ -23,7 +23,7 @@ use crate::highway::task::{Facts, MotorCost, Task};
 use crate::highway::{
     Class, Ground, HighwayConfig, MotorAction, Pose, RoadSet, Scenario, collision, contract,
 };
-use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome, Picture};
 use metal_rl::random::Streams;
 use renderer::{Renderer, Scene};
 use std::sync::Arc;
@@ -272,6 +272,10 @@ impl Environment for Miniature {
 
     fn measures(&self) -> &[f64] {
         &self.measures
+    }
+
+    fn picture(&self) -> Option<Picture> {
+        Some(Picture { columns: COLUMNS, pixels: self.rgb_image() })
     }
 
     /// The expert knows the road and the two nearest objects; of slip it knows nothing, as a person would not.

@@ -171,8 +171,9 @@ fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
         (None, Some(file)) => Subject::experiment(plan::load(file, &wishes.set)?, &wishes.out)?,
         (None, None) => Subject::experiment(plan::parse(experiments::PAPER, &wishes.set)?, &wishes.out)?,
     };
-    subject.robot = robots::watched(wishes)?;
-    let emergency = subject.robot.as_ref().map(|robot| robot.emergency.clone());
+    let robot = robots::watched(wishes)?;
+    let emergency = robot.as_ref().map(|robot| robot.emergency.clone());
+    robot.map_or(Ok(()), |robot| subject.embody(robot))?;
     let options = server::Options {
         address: wishes.bind,
         port: wishes.port,

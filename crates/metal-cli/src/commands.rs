@@ -193,10 +193,9 @@ fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
         (None, Some(file)) => Subject::experiment(plan::load(file, &wishes.set)?, &wishes.out)?,
         (None, None) => Subject::experiment(plan::parse(experiments::PAPER, &wishes.set)?, &wishes.out)?,
     };
-    if let Some(robot) = robots::watched(wishes)? {
-        subject.embody(robot)?;
-    }
-    let emergency = subject.robot.as_ref().map(|robot| robot.emergency.clone());
+    let robot = robots::watched(wishes)?;
+    let emergency = robot.as_ref().map(|robot| robot.emergency.clone());
+    robot.map_or(Ok(()), |robot| subject.embody(robot))?;
     let options = server::Options {
         address: wishes.bind,
         port: wishes.port,

@@ -39,12 +39,12 @@ impl BodyLane {
     /// `driver` at the wheel of `robot`.
     ///
     /// # Errors
-    /// If the driver's mind cannot be read, or it knows other sensors than a body has.
+    /// If the driver's mind cannot be read, knows other sensors than a body has, or is no mind but the scripted expert.
     pub fn new(subject: &mut Subject, driver: usize, robot: Robot) -> Result<Self, SubjectError> {
         if subject.plan.spec.sensors != robot.environment.spec().sensors {
             return Err(SubjectError::OtherSensors);
         }
-        let (seated, infrared) = (Seated::new(subject, driver)?, subject.plan.spec.sensor("IR"));
+        let (seated, infrared) = (mind_of(subject, driver)?, subject.plan.spec.sensor("IR"));
         let road = subject.road_count();
         Ok(Self { driver, step: 0, episode: 0, robot, seated, road, infrared, seed: 0 })
     }
@@ -52,9 +52,9 @@ impl BodyLane {
     /// Somebody else takes the wheel; the body stands meanwhile.
     ///
     /// # Errors
-    /// If the mind cannot be read.
+    /// If the mind cannot be read, or it is none but the scripted expert.
     pub fn seat(&mut self, subject: &mut Subject, driver: usize) -> Result<(), SubjectError> {
-        (self.seated, self.driver) = (Seated::new(subject, driver)?, driver);
+        (self.seated, self.driver) = (mind_of(subject, driver)?, driver);
         Ok(())
     }
 
@@ -118,6 +118,15 @@ impl BodyLane {
         let alone = asked.find(|&(m, _)| self.seated.sensors_of(m) == [sensor]);
         alone.map_or_else(Vec::new, |(_, opinion)| opinion.reading.clone())
     }
+}
+
+/// A driver that a body can have: the expert's advice comes from the simulated world's truth, which no body knows.
+fn mind_of(subject: &mut Subject, driver: usize) -> Result<Seated, SubjectError> {
+    let row = &subject.drivers[driver];
+    if row.acting.is_watched() {
+        return Err(SubjectError::NoExpert(row.label.clone()));
+    }
+    Seated::new(subject, driver)
 }
 
 /// What was looked at, one digit per pixel; the rest nobody asked the body for.

@@ -47,7 +47,7 @@ pub struct Subject {
     /// Who can drive.
     pub drivers: Vec<Driver>,
     /// The body they drive, if it is not the simulated one.
-    pub robot: Option<Robot>,
+    pub(crate) robot: Option<Robot>,
     blind: usize,
     minds: BTreeMap<Home, Arc<Mind>>,
     is_run: bool,
@@ -77,6 +77,12 @@ pub enum SubjectError {
     /// A mind that a body has no senses for.
     #[error("the minds of this run have other sensors than a body")]
     OtherSensors,
+    /// A body at whose wheel nobody could sit.
+    #[error("nobody in this run can drive a body; open a run with trained minds (--run)")]
+    NoDriver,
+    /// The scripted expert knows the simulated world only.
+    #[error("{0}: the scripted expert drives only in simulation; for a body choose a trained mind")]
+    NoExpert(String),
 }
 
 impl Subject {
@@ -120,14 +126,14 @@ impl Subject {
         Ok(subject)
     }
 
-    /// The minds drive `robot`. A body has no expert beside it, so the scripted one is no driver any more.
+    /// Puts `robot` in the place of the simulated car. No scripted expert knows where a body is, so it leaves the list.
     ///
     /// # Errors
     /// If nobody is left to drive.
     pub fn embody(&mut self, robot: Robot) -> Result<(), SubjectError> {
-        self.drivers.retain(|driver| driver.acting != Acting::Advisor);
+        self.drivers.retain(|driver| !driver.acting.is_watched());
         if self.drivers.is_empty() {
-            return Err(SubjectError::Nobody);
+            return Err(SubjectError::NoDriver);
         }
         self.robot = Some(robot);
         Ok(())

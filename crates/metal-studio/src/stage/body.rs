@@ -50,6 +50,7 @@ mod tests {
     use crate::hub::Hub;
     use crate::robot::Robot;
     use crate::subject::{Driver, Home, Subject, paper};
+    use metal_lab::plan::Acting;
     use metal_robots::arena::{Arena, ArenaConfig, Traffic};
     use metal_robots::bodies::{Epuck2, Webots};
     use metal_robots::link::{Patience, tcp};
@@ -79,9 +80,9 @@ mod tests {
         let out = std::env::temp_dir().join(format!("metal-studio-{name}-{}", std::process::id()));
         let mut subject = Subject::experiment(paper().unwrap(), &out).unwrap();
         subject.embody(Robot { environment, emergency }).unwrap();
-        assert!(subject.drivers.iter().all(|d| d.label != "expert (oracle)"), "it knows only the simulated road");
         // The receiver is kept nowhere: pages come in another test.
         let hub = Arc::new(Hub::new(sync_channel(64).0));
+        assert!(subject.drivers.iter().all(|driver| !driver.acting.is_watched()), "no expert knows a body");
         (Stage::new(hub.clone(), subject, 1).unwrap(), hub)
     }
 
@@ -130,6 +131,13 @@ mod tests {
         assert!(lane.from.is_empty(), "nobody knows where it is");
         assert!(lane.image.concat().contains(|c| c != '0'), "it looked: {:?}", lane.read);
         assert_eq!((lane.infrared.len(), lane.read.len()), (8, 7), "everybody was asked");
+        let expert =
+            Driver { label: "expert".to_owned(), acting: Acting::Advisor, roster, home: Home::Newborn };
+        stage.subject.drivers.push(expert);
+        let watched = stage.subject.drivers.len() - 1;
+        let refused = stage.obey(Request::Watch { driver: watched }).unwrap_err().to_string();
+        assert!(refused.contains("only in simulation"), "{refused}");
+        stage.obey(Request::Step).unwrap();
         drop(stage);
         end.press();
         server.join().unwrap();

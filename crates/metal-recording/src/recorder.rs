@@ -6,6 +6,7 @@ use metal_rl::observe::{Observer, Step};
 use metal_rl::set::IndexSet;
 
 /// An environment that writes down all that passes between it and a mind.
+#[expect(clippy::struct_excessive_bools, reason = "one wish and two independent facts about the last step")]
 pub struct Recorder<E> {
     inner: E,
     tape: Tape,

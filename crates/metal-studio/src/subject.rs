@@ -72,7 +72,9 @@ pub enum SubjectError {
     #[error("the studio shows roads, and {0} is none; choose an experiment in the highway")]
     NoRoad(String),
     /// Only the scripted expert would drive.
-    #[error("nobody is left to drive a body: the scripted expert knows only the simulated road; open a run with trained minds")]
+    #[error(
+        "nobody is left to drive a body: the scripted expert knows only the simulated road; open a run with trained minds"
+    )]
     Nobody,
     /// A mind that a body has no senses for.
     #[error("the minds of this run have other sensors than a body")]

@@ -132,7 +132,7 @@ fn what_a_student_does_not_attend_is_never_read() {
 const SHORT: &str = "[attention.acl.counterfactual]
 iterations = 3
 validation_runs = 20
-memory = { looks = 1, steps = 3, action = true }
+memory = { looks = 1, steps = 3, actions = 1 }
 network = { ensemble = 2, caution = 0.5 }
 fit = { batches = 60, averaged = 0.3 }";
 

@@ -254,6 +254,7 @@ impl CounterfactualConfig {
             LookRule::Fixed(_) | LookRule::All => {}
         }
         count("memory.looks", self.memory.looks, 0..=64)?;
+        count("memory.actions", self.memory.actions, 0..=64)?;
         // A remembered reading without an age it may reach would be forgotten at once.
         count("memory.steps", self.memory.steps, usize::from(self.memory.looks > 0)..=10_000)
     }
@@ -309,6 +310,6 @@ mod tests {
             field(&|c| c.looks = LookRule::Adaptive { min_looks: 3, max_looks: 2 }),
             "looks.adaptive.min_looks"
         );
-        assert_eq!(field(&|c| c.memory = MemoryConfig { looks: 1, steps: 0, action: false }), "memory.steps");
+        assert_eq!(field(&|c| c.memory = MemoryConfig { looks: 1, steps: 0, actions: 0 }), "memory.steps");
     }
 }

@@ -12,15 +12,16 @@ pub struct MemoryConfig {
     pub looks: usize,
     /// Motor steps after which a reading is forgotten.
     pub steps: usize,
-    /// Whether the last motor action is remembered.
-    pub action: bool,
+    /// Last motor actions that are remembered: who knows what it did since it last looked knows where that led to.
+    pub actions: usize,
 }
 
 /// Motor steps without a look that are as good as any longer time.
 const LONG: f32 = 20.0;
 
 /// Where everything lies in the input: readings by slot (null: zeros), one bit per slot that says "was looked at",
-/// remembered readings with their age, the last motor action, and for how long nobody was looked at.
+/// remembered readings with their age, the last motor actions (newest first; one bit per action), and for how long nobody was
+/// looked at.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
     offsets: Vec<usize>,
@@ -54,7 +55,7 @@ impl Layout {
     /// Where a student with a memory is told for how long it has looked at nobody. When everything is forgotten, all
     /// moments would look alike, and whoever thinks that one blind step does no harm would take one after the other.
     fn unseen_at(&self) -> usize {
-        self.action_at() + if self.memory.action { self.actions } else { 0 }
+        self.actions_at() + self.memory.actions * self.actions
     }
 
     /// Where the reading of `slot` lies.
@@ -78,7 +79,7 @@ impl Layout {
         start..start + self.block(slot).len()
     }
 
-    fn action_at(&self) -> usize {
+    fn actions_at(&self) -> usize {
         (self.readings() + self.slots()) * (1 + self.memory.looks)
     }
 
@@ -162,15 +163,22 @@ impl Gaze {
         self.input[now].fill(0.0);
         self.unseen = if self.attended.is_empty() { self.unseen + 1 } else { 0 };
         self.attended = IndexSet::EMPTY;
-        if layout.memory.action {
-            let at = layout.action_at();
-            self.input[at..at + layout.actions].fill(0.0);
-            self.input[at + action] = 1.0;
-        }
+        self.remember_action(layout, action);
         if layout.memory.looks > 0 {
             self.input[layout.unseen_at()] = (self.unseen as f32 / LONG).min(1.0);
         }
         self.clock += 1;
+    }
+
+    /// Older actions move back by one place, the oldest is forgotten.
+    fn remember_action(&mut self, layout: &Layout, action: usize) {
+        if layout.memory.actions == 0 {
+            return;
+        }
+        let (from, to) = (layout.actions_at(), layout.unseen_at());
+        self.input.copy_within(from..to - layout.actions, from + layout.actions);
+        self.input[from..from + layout.actions].fill(0.0);
+        self.input[from + action] = 1.0;
     }
 
     /// Memories of `slot` grow older by one step, and make room for this step's reading if there is one.
@@ -208,7 +216,7 @@ mod tests {
     use super::*;
 
     fn layout(looks: usize, steps: usize) -> Layout {
-        Layout::new(&[2, 1], MemoryConfig { looks, steps, action: true }, 3)
+        Layout::new(&[2, 1], MemoryConfig { looks, steps, actions: 1 }, 3)
     }
 
     #[test]
@@ -244,6 +252,21 @@ mod tests {
         gaze.advance(&layout, 0);
         assert_eq!(memory(&gaze), [(0.0, 0.0); 2]);
         assert!(gaze.input[..layout.remembered(0, 0).start].iter().all(|&x| x == 0.0));
+    }
+
+    #[test]
+    fn the_last_actions_are_remembered_newest_first() {
+        let layout = Layout::new(&[1], MemoryConfig { actions: 2, ..MemoryConfig::default() }, 3);
+        let mut gaze = Gaze::new(&layout);
+        let after = |gaze: &mut Gaze, action| {
+            gaze.advance(&layout, action);
+            gaze.input()[2..].to_vec()
+        };
+        assert_eq!(after(&mut gaze, 2), [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(after(&mut gaze, 0), [1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_eq!(after(&mut gaze, 1), [0.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
+        gaze.reset();
+        assert_eq!(gaze.input(), Gaze::new(&layout).input());
     }
 
     #[test]

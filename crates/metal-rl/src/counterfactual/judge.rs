@@ -424,7 +424,7 @@ mod tests {
 
     #[test]
     fn with_memory_other_looks_are_judged_beside_its_own() {
-        let memory = MemoryConfig { looks: 1, steps: 2, action: false };
+        let memory = MemoryConfig { looks: 1, steps: 2, actions: 0 };
         let (judged, steps, looks) = judged(Rule::Adaptive { min_looks: 0, max_looks: 2 }, memory);
         let own = IndexSet::EMPTY.with(2);
         assert_eq!((judged.looks, judged.stops[0].looks), (own, own));

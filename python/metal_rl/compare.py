@@ -1,5 +1,8 @@
 """`python -m metal_rl.compare TASK`: METAL and its peers on one task, each trained on several seeds.
 
+Every seed of a table has a split of its rows, or a generated table, of its own, the same for everybody: intervals say
+what other rows would bring.
+
 Tasks: every built-in one, `wine` and `breast_cancer` of scikit-learn, and `cartpole` with four readings at 0.05 each.
 """
 
@@ -26,8 +29,12 @@ EVERYBODY = ("METAL", "cost DQN", "PPO", "DQN", "MaskablePPO", "CART", "forest")
 RESAMPLES = 2000
 
 
-def named(name: str) -> Task:
-    """The task called `name`."""
+#: Tasks whose table is generated from a seed of its own.
+GENERATED = ("cube", "cube_nm")
+
+
+def named(name: str, draw: int = 1) -> Task:
+    """The task called `name`; of a table, the split into training and test rows (or the table) of number `draw`."""
     if name == "cartpole":
         readings = ("position", "speed", "angle", "spin")
         sensors = [Sensor(reading, i, cost=0.05) for i, reading in enumerate(readings)]
@@ -37,8 +44,8 @@ def named(name: str) -> Task:
 
         table = getattr(datasets, f"load_{name}")()
         classes = [str(table.target_names[label]) for label in table.target]
-        return from_arrays(table.data, classes, list(table.feature_names), name=name)
-    return BuiltIn(name)
+        return from_arrays(table.data, classes, list(table.feature_names), name=name, split_seed=draw)
+    return BuiltIn(name, seed=draw) if name in GENERATED else BuiltIn(name)
 
 
 def train(who: str, task: Task, wanted: argparse.Namespace, seed: int) -> list[Result]:
@@ -97,12 +104,11 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--recipe", type=json.loads, metavar="JSON", help="fields of METAL's recipe")
     parser.add_argument("--who", nargs="*", choices=EVERYBODY, default=list(EVERYBODY))
     wanted = parser.parse_args(words)
-    task = named(wanted.task)
     print("| who | reward − cost | reward | looks per step | CPU s | trainings |\n|---|---|---|---|---|---|")
     for who in wanted.who:
         found: dict[str, list[Result]] = {}
         for seed in range(1, wanted.seeds + 1):
-            for result in train(who, task, wanted, seed):
+            for result in train(who, named(wanted.task, seed), wanted, seed):
                 found.setdefault(result.name, []).append(result)
         for name, results in found.items():
             print(line(name, results), flush=True)

@@ -2,7 +2,7 @@
 
 use super::Task;
 use crate::plan::PlanError;
-use metal_rl::counterfactual::{CounterfactualConfig, LookRule};
+use metal_rl::counterfactual::{CounterfactualConfig, FitConfig, LookRule};
 use metal_rl::environment::Environment;
 use metal_rl::learner::LearnerError;
 use metal_rl::learners::{LearnerConfig, MlpConfig};
@@ -12,7 +12,7 @@ use metal_rl::returns::Credit;
 use serde::{Deserialize, Serialize};
 
 /// Motor steps that pay for a training step of each fit, and training steps that every fit has.
-const STEPS_PER_BATCH: usize = 20;
+const STEPS_PER_BATCH: usize = 3;
 const FEWEST_BATCHES: usize = 50;
 
 /// How attention is learned.
@@ -61,11 +61,13 @@ impl ValuesMethod {
 
 impl AttentionMethod {
     /// Counterfactual policy iteration for tasks of one step per episode: roll-outs are exact, so labels never age, and
-    /// judging every row costs nothing. On CUBE, at most ten looks were better, and twice as fast, than as many as there
-    /// are: nobody who learns from thirty looks finds out which ten are worth their price.
+    /// judging every row costs nothing; so a few iterations do, and the time goes into long fits. On CUBE, at most ten
+    /// looks were better, and twice as fast, than as many as there are: nobody who learns from thirty looks finds out
+    /// which ten are worth their price.
     #[must_use]
     pub fn one_step() -> Self {
-        const ITERATIONS: usize = 6;
+        const ITERATIONS: usize = 3;
+        const BATCHES: usize = 6000;
         Self::Counterfactual(CounterfactualConfig {
             looks: LookRule::Adaptive { min_looks: 0, max_looks: 10 },
             iterations: ITERATIONS,
@@ -75,8 +77,9 @@ impl AttentionMethod {
             wide_eyed: 0,
             // Of many columns, each is rightly asked for few rows only: nobody is dismissed for that.
             dismissal: 0.0,
-            price_ramp: 3,
+            price_ramp: 1,
             validation_runs: 1000,
+            fit: FitConfig { batches: BATCHES, ..FitConfig::default() },
             ..CounterfactualConfig::default()
         })
     }

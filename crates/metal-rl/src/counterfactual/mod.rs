@@ -19,7 +19,7 @@ pub mod rule;
 pub mod sight;
 pub mod student;
 
-pub use config::CounterfactualConfig;
+pub use config::{CounterfactualConfig, FitConfig};
 pub use gaze::MemoryConfig;
 pub use iterate::{CounterfactualError, Graduate, Iterate, School, iterate};
 pub use judge::{Alone, Judge, Judged, RollOuts, Workers};

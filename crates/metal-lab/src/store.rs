@@ -105,12 +105,25 @@ impl Store {
         let store = Self { root: root.to_path_buf() };
         let card = store.path("run.json");
         if !card.is_file() {
-            let reason =
+            let reason = if store.is_unfinished() {
+                "the run is not finished: go on with `metal run EXPERIMENT --out FOLDER --resume`"
+            } else {
                 "not a run folder: `metal reproduce` and `metal run` write one (run.json is missing)"
-                    .to_owned();
-            return Err(StoreError::Damaged { path: root.to_path_buf(), reason });
+            };
+            return Err(StoreError::Damaged { path: root.to_path_buf(), reason: reason.to_owned() });
         }
         Ok(store)
+    }
+
+    /// The folder of a run that was begun and has no end yet, if it is one.
+    #[must_use]
+    pub fn unfinished(root: &Path) -> Option<Self> {
+        let store = Self { root: root.to_path_buf() };
+        store.is_unfinished().then_some(store)
+    }
+
+    fn is_unfinished(&self) -> bool {
+        !self.path("run.json").is_file() && self.path("checkpoint").join(crate::checkpoint::JOB).is_file()
     }
 
     /// The folder.

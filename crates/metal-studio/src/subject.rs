@@ -1,6 +1,7 @@
 //! What the studio is opened on: an experiment, or the folder of a run with its trained minds.
 
 use crate::robot::Robot;
+use metal_lab::checkpoint::{Learned, Unfinished};
 use metal_lab::mind::Mind;
 use metal_lab::plan::{self, Acting, Plan, PlanError};
 use metal_lab::results::Results;
@@ -34,6 +35,8 @@ pub enum Home {
     Folder(usize, String),
     /// A phase that was trained in this session.
     Fresh(String),
+    /// A checkpoint of a run that is not finished: which training, after or in which phase, and whether it was finished.
+    Checkpoint(usize, String, bool),
 }
 
 /// The experiment, its folder, and who can drive.
@@ -48,6 +51,7 @@ pub struct Subject {
     pub drivers: Vec<Driver>,
     /// The body they drive, if it is not the simulated one.
     pub(crate) robot: Option<Robot>,
+    unfinished: Option<Unfinished>,
     blind: usize,
     minds: BTreeMap<Home, Arc<Mind>>,
     is_run: bool,
@@ -102,11 +106,15 @@ impl Subject {
         Ok(subject)
     }
 
-    /// A finished run.
+    /// A finished run; or an unfinished one, of which every mind is there that its checkpoint holds. An unfinished run may go
+    /// on meanwhile.
     ///
     /// # Errors
     /// If the folder is none of a run.
     pub fn run(folder: &Path) -> Result<Self, SubjectError> {
+        if let Some(store) = Store::unfinished(folder) {
+            return Self::checkpoint(store);
+        }
         let store = Store::open(folder)?;
         let (plan, card) = store.read_run()?;
         let results = std::fs::read_to_string(store.path("results.json")).ok();
@@ -118,12 +126,41 @@ impl Subject {
         Ok(subject)
     }
 
+    fn checkpoint(store: Store) -> Result<Self, SubjectError> {
+        let gone = || StoreError::Damaged { path: store.path("checkpoint"), reason: "gone".to_owned() };
+        let unfinished = Unfinished::open(&store)?.ok_or_else(gone)?;
+        let mut subject = Self::new(unfinished.plan.clone(), store, None)?;
+        subject.is_run = true;
+        let mut found = Vec::new();
+        for Learned { seed, phase, whole } in unfinished.learned() {
+            let home = |_: &str, after: Option<&str>| {
+                (after == Some(&phase)).then(|| Home::Checkpoint(seed, phase.clone(), whole))
+            };
+            let note = if whole { "checkpoint" } else { "checkpoint, still learning" };
+            found.extend(subject.rows(&home, &format!(", training {} ({note})", seed + 1)));
+        }
+        found.append(&mut subject.drivers);
+        subject.drivers = found;
+        subject.unfinished = Some(unfinished);
+        Ok(subject)
+    }
+
     fn new(plan: Plan, store: Store, results: Option<Results>) -> Result<Self, SubjectError> {
         is_road(&plan)?;
         let newborn = Mind::newborn(&plan, &Streams::new(0)).map_err(RunError::from)?;
         let minds = BTreeMap::from([(Home::Newborn, Arc::new(newborn))]);
         let (drivers, plan) = (Vec::new(), Arc::new(plan));
-        let mut subject = Self { plan, store, results, drivers, robot: None, blind: 0, minds, is_run: false };
+        let mut subject = Self {
+            plan,
+            store,
+            results,
+            drivers,
+            robot: None,
+            unfinished: None,
+            blind: 0,
+            minds,
+            is_run: false,
+        };
         subject.drivers = subject.rows(&|_, after| after.is_none().then_some(Home::Newborn), "");
         Ok(subject)
     }
@@ -198,10 +235,14 @@ impl Subject {
         if let Some(mind) = self.minds.get(&driver.home) {
             return Ok(mind.clone());
         }
-        let Home::Folder(seed, phase) = &driver.home else {
-            return Ok(self.minds[&Home::Newborn].clone());
+        let mind = match (&driver.home, &self.unfinished) {
+            (Home::Folder(seed, phase), _) => self.store.read_mind(&self.plan, *seed, phase)?,
+            (Home::Checkpoint(seed, phase, whole), Some(unfinished)) => {
+                unfinished.mind(&Learned { seed: *seed, phase: phase.clone(), whole: *whole })?
+            }
+            _ => return Ok(self.minds[&Home::Newborn].clone()),
         };
-        let mind = Arc::new(self.store.read_mind(&self.plan, *seed, phase)?);
+        let mind = Arc::new(mind);
         self.minds.insert(driver.home.clone(), mind.clone());
         Ok(mind)
     }

@@ -66,6 +66,16 @@ impl Job {
         toml::to_string(self).map_err(|e| CheckpointError::Job(e.to_string()))
     }
 
+    /// Number of trainings.
+    pub(super) fn seeds(&self) -> usize {
+        self.seeds
+    }
+
+    /// The experiment.
+    pub(super) fn into_plan(self) -> PlanFile {
+        self.plan
+    }
+
     /// A number that stands for the job in every file.
     pub(super) fn key(&self) -> Result<u64, CheckpointError> {
         Ok(hash(self.text()?.as_bytes()))

@@ -1,9 +1,11 @@
 //! Where pieces of work are kept and looked up, chapter by chapter; or nowhere, for those who need no memory.
 
 use super::Checkpoint;
+use super::shelf::Shelf;
 use crate::mind::{FrozenMind, Mind};
 use crate::plan::Plan;
 use crate::progress::Progress;
+use crate::store::StoreError;
 use crate::trace::{EpisodeRecord, Trace};
 use crate::train::{RunError, Trained};
 use metal_rl::counterfactual::Iterate;
@@ -80,7 +82,7 @@ impl<'a> Ledger<'a> {
 
     /// What was kept; a file that cannot be used is as good as none, but is not passed over in silence.
     fn recall<T: DeserializeOwned>(&self, piece: &str) -> Option<T> {
-        match self.checkpoint?.recall(&self.name(piece)) {
+        match self.checkpoint?.shelf.recall(&self.name(piece)) {
             Ok(found) => found,
             Err(e) => {
                 self.progress.warn(&format!("{e}; its work is done again"));
@@ -91,7 +93,7 @@ impl<'a> Ledger<'a> {
 
     fn keep<T: Serialize>(&self, piece: &str, what: &T) -> Result<(), RunError> {
         let Some(checkpoint) = self.checkpoint else { return Ok(()) };
-        checkpoint.keep(&self.name(piece), what).map_err(RunError::Checkpoint)
+        checkpoint.shelf.keep(&self.name(piece), what).map_err(RunError::Checkpoint)
     }
 
     /// The result of `work`, which is done only if it was not kept.
@@ -131,7 +133,7 @@ impl<'a> Ledger<'a> {
         let (mind, episodes) = (trained.mind.freeze_for(plan), trained.trace.episodes.clone());
         self.keep(name, &Finished { mind, episodes, diary: trained.diary.clone() })?;
         for draft in drafts(name) {
-            checkpoint.forget(&self.name(&draft)).map_err(RunError::Checkpoint)?;
+            checkpoint.shelf.forget(&self.name(&draft)).map_err(RunError::Checkpoint)?;
         }
         Ok(())
     }
@@ -167,4 +169,32 @@ impl<'a> Ledger<'a> {
 /// Two places for a phase on its way: the last one is good until the next one is whole.
 fn drafts(phase: &str) -> [String; 2] {
     [0, 1].map(|place| format!("{phase}/draft-{place}"))
+}
+
+/// Name of the chapter in which training number `seed` is kept.
+pub(crate) fn chapter_of_seed(seed: usize) -> String {
+    format!("train/seed-{seed}")
+}
+
+/// Names of the pieces of a phase of a training: finished, and on its way.
+pub(super) fn chapter_of_training(seed: usize, phase: &str) -> (String, [String; 2]) {
+    let chapter = chapter_of_seed(seed);
+    (format!("{chapter}/{phase}"), drafts(phase).map(|draft| format!("{chapter}/{draft}")))
+}
+
+/// The mind of a finished phase.
+pub(super) fn read_finished(shelf: &Shelf, piece: &str) -> Result<Option<FrozenMind>, StoreError> {
+    Ok(shelf.recall::<Finished>(piece)?.map(|phase| phase.mind))
+}
+
+/// The mind of a phase on its way, as it was last saved; the one before, if that cannot be read.
+pub(super) fn read_underway(shelf: &Shelf, drafts: &[String]) -> Result<Option<FrozenMind>, StoreError> {
+    let read = drafts.iter().map(|draft| shelf.recall::<Underway>(draft));
+    let (good, bad): (Vec<_>, Vec<_>) = read.partition(Result::is_ok);
+    let last = good.into_iter().flatten().flatten().max_by_key(|draft| draft.nth);
+    match (last, bad.into_iter().next()) {
+        (Some(draft), _) => Ok(Some(draft.mind)),
+        (None, Some(Err(e))) => Err(e),
+        (None, _) => Ok(None),
+    }
 }

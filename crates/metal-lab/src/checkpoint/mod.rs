@@ -6,28 +6,22 @@
 
 mod job;
 pub(crate) mod ledger;
+mod shelf;
+mod unfinished;
 
 pub use job::Job;
 pub use ledger::Ledger;
+pub use shelf::FORMAT;
+pub use unfinished::{Learned, Unfinished};
 
 use crate::store::{Store, StoreError, at, write_whole};
-use metal_rl::learners::frozen;
-use serde::{Serialize, de::DeserializeOwned};
+use shelf::Shelf;
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Version of the files; a change of what is in them raises it.
-pub const FORMAT: u32 = 1;
-
-/// First bytes of a piece of work.
-const MAGIC: &[u8; 8] = b"METALCKP";
-
-/// What is sealed in a piece of work.
-const PIECE: &str = "checkpoint";
-
 /// Name of the file that says what is being done.
-const JOB: &str = "job.toml";
+pub(crate) const JOB: &str = "job.toml";
 
 /// Why a run cannot begin or go on in a folder.
 #[derive(Debug, thiserror::Error)]
@@ -78,8 +72,7 @@ pub enum Begun {
 
 /// The folder `checkpoint/` of a run, ours until it is dropped.
 pub struct Checkpoint {
-    folder: PathBuf,
-    key: u64,
+    shelf: Shelf,
     every: Duration,
     _lock: File,
 }
@@ -112,7 +105,7 @@ pub fn begin(
             checkpoint.finish()?;
             return Ok(Begun::Finished);
         }
-        Start::Resume if stopped => match Job::read(&checkpoint.folder.join(JOB)) {
+        Start::Resume if stopped => match Job::read(&checkpoint.folder().join(JOB)) {
             Ok(known) => agree(store, &known, job)?,
             Err(e) => warn(&format!("{e}; only pieces of this very job are used")),
         },
@@ -122,7 +115,7 @@ pub fn begin(
             checkpoint.clear()?;
         }
     }
-    write_whole(&checkpoint.folder.join(JOB), job.text()?.as_bytes())?;
+    write_whole(&checkpoint.folder().join(JOB), job.text()?.as_bytes())?;
     Ok(Begun::Work(checkpoint))
 }
 
@@ -142,66 +135,14 @@ impl Checkpoint {
         match lock.try_lock() {
             Err(TryLockError::WouldBlock) => Err(CheckpointError::Busy(folder)),
             // A file system without locks is no reason not to work on it.
-            _ => Ok(Self { key: job.key()?, folder, every, _lock: lock }),
-        }
-    }
-
-    /// The file of a piece of work: a readable name, made unique by a hash of the whole one.
-    fn path(&self, piece: &str) -> PathBuf {
-        let plain = |c: char| if c.is_ascii_alphanumeric() || "-.+".contains(c) { c } else { '_' };
-        let readable: String = piece.chars().map(plain).take(80).collect();
-        self.folder.join(format!("{readable}-{:016x}.piece", job::hash(piece.as_bytes())))
-    }
-
-    fn keep<T: Serialize>(&self, piece: &str, what: &T) -> Result<(), StoreError> {
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(FORMAT.to_le_bytes());
-        bytes.extend(frozen::seal(PIECE, &(self.key, piece, what)));
-        write_whole(&self.path(piece), &bytes)
-    }
-
-    /// A piece of work, if it was kept.
-    fn recall<T: DeserializeOwned>(&self, piece: &str) -> Result<Option<T>, StoreError> {
-        let path = self.path(piece);
-        let bytes = match std::fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(at(&path, e)),
-        };
-        self.open(piece, &bytes).map(Some).map_err(|reason| StoreError::Damaged { path, reason })
-    }
-
-    fn open<T: DeserializeOwned>(&self, piece: &str, bytes: &[u8]) -> Result<T, String> {
-        let body = bytes.strip_prefix(MAGIC.as_slice()).ok_or("not a piece of a checkpoint")?;
-        let (format, body) = body.split_first_chunk().ok_or("cut off")?;
-        let format = u32::from_le_bytes(*format);
-        if format != FORMAT {
-            return Err(format!("format {format}, this program reads {FORMAT}"));
-        }
-        // What belongs to another job may have another shape, so its owner is asked first.
-        let (key, name) = frozen::open::<(u64, String)>(PIECE, body).map_err(|e| e.to_string())?;
-        if key != self.key {
-            return Err("it belongs to another run".into());
-        }
-        if name != piece {
-            return Err(format!("it holds `{name}`"));
-        }
-        let (_, _, what) = frozen::open::<(u64, String, T)>(PIECE, body).map_err(|e| e.to_string())?;
-        Ok(what)
-    }
-
-    fn forget(&self, piece: &str) -> Result<(), StoreError> {
-        let path = self.path(piece);
-        match std::fs::remove_file(&path) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(at(&path, e)),
-            _ => Ok(()),
+            _ => Ok(Self { shelf: Shelf { key: job.key()?, folder }, every, _lock: lock }),
         }
     }
 
     /// Forgets everything; the folder stays ours.
     fn clear(&self) -> Result<(), StoreError> {
         // First what the others belong to: a folder without it is no unfinished run.
-        let names = std::fs::read_dir(&self.folder).map_err(|e| at(&self.folder, e))?;
+        let names = std::fs::read_dir(self.folder()).map_err(|e| at(self.folder(), e))?;
         let mut paths: Vec<PathBuf> = names.filter_map(|entry| Some(entry.ok()?.path())).collect();
         paths.sort_by_key(|path| !path.ends_with(JOB));
         for path in paths.iter().filter(|p| p.is_file() && !p.ends_with("lock")) {
@@ -216,12 +157,12 @@ impl Checkpoint {
     /// If the file system refuses.
     pub fn finish(self) -> Result<(), StoreError> {
         self.clear()?;
-        std::fs::remove_dir_all(&self.folder).map_err(|e| at(&self.folder, e))
+        std::fs::remove_dir_all(self.folder()).map_err(|e| at(self.folder(), e))
     }
 
     /// The folder.
     #[must_use]
     pub fn folder(&self) -> &Path {
-        &self.folder
+        &self.shelf.folder
     }
 }

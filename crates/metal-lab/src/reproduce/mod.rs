@@ -10,6 +10,7 @@ pub mod table;
 pub use gather::gather;
 
 use crate::checkpoint::Ledger;
+use crate::checkpoint::ledger::chapter_of_seed;
 use crate::evaluate::{Candidate, Course, best_blind_action, test};
 use crate::mind::Mind;
 use crate::plan::Plan;
@@ -195,7 +196,7 @@ impl Desk<'_> {
     fn train(&self) -> Result<Vec<BTreeMap<String, Trained>>, RunError> {
         let seeds = (0..self.options.seeds).into_par_iter();
         let train = |s| {
-            let ledger = self.ledger.chapter(&format!("train/seed-{s}"));
+            let ledger = self.ledger.chapter(&chapter_of_seed(s));
             self.busy.time("training", || train_seed_kept(self.plan, &self.seed(s), &ledger))
         };
         seeds.map(train).collect()

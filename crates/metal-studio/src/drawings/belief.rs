@@ -13,7 +13,9 @@ const WIDTH: f64 = 460.0;
 const SIDE: f64 = 300.0;
 /// Cells along each side.
 const CELLS: usize = 30;
-/// Colours of the actions, told apart by any kind of eyes; the legend and the letters name them, too.
+/// Cells from one number on the plane to the next.
+const PITCH: usize = 6;
+/// Colours of the actions. The numbers on the plane say the same to whoever cannot tell colours apart.
 const INKS: [Ink; 5] = [Ink("mn"), Ink("fixed"), Ink("lf"), Ink("rf"), Ink("mf")];
 
 /// The plane of features `x` and `y` of member `member`; all other features as they were read last, or at rest.
@@ -44,12 +46,21 @@ fn names(studio: &Studio, member: &Member) -> Vec<String> {
 }
 
 fn keys(studio: &Studio) -> Vec<Key> {
-    let key = |(label, &ink): (&String, &Ink)| Key {
-        label: label.clone(),
-        paint: Paint::fill(ink),
+    let key = |(choice, label): (usize, &String)| Key {
+        label: format!("{} {label}", choice + 1),
+        paint: Paint::fill(ink(choice)),
         is_line: false,
     };
-    studio.plan.spec.actions.iter().zip(&INKS).map(key).collect()
+    studio.plan.spec.actions.iter().enumerate().map(key).collect()
+}
+
+fn ink(choice: usize) -> Ink {
+    INKS[choice % INKS.len()]
+}
+
+/// The number of an action, as in the legend.
+fn write_number(svg: &mut Svg, (x, y): (f64, f64), choice: usize) {
+    svg.text((x, y + 3.5), Anchor::Middle, "small", &(choice + 1).to_string());
 }
 
 /// Where the member last stood in its space, if somebody asked it lately.
@@ -61,7 +72,8 @@ fn base(studio: &Studio, member: &Member) -> Vec<f64> {
     asked.filter(|r| r.len() == member.view.dims()).unwrap_or_else(|| vec![0.0; member.view.dims()])
 }
 
-/// Each cell in the colour of its best action; the surer the member, the stronger the colour.
+/// Each cell in the colour of its best action, and here and there its number; the surer the member, the stronger the
+/// colour.
 fn paint_plane(
     svg: &mut Svg,
     frame: &Frame,
@@ -70,6 +82,7 @@ fn paint_plane(
     let actions = learner.dims().choices;
     let (mut values, mut support) = (vec![0.0; actions], vec![0.0; actions]);
     let cell = 1.0 / CELLS as f64;
+    let mut numbers = Vec::new();
     svg.raw("<g shape-rendering=\"crispEdges\">");
     for (row, column) in (0..CELLS).flat_map(|r| (0..CELLS).map(move |c| (r, c))) {
         let (x, y) = (column as f64 * cell, row as f64 * cell);
@@ -80,12 +93,16 @@ fn paint_plane(
         let (right, top) = frame.at(x + cell, y + cell);
         let area = Area { x: left, y: top, width: right - left, height: bottom - top };
         let sure = 0.25 + 0.6 * support[best];
-        svg.rect(area, Paint::fill(INKS[best % INKS.len()]).faded(sure));
+        svg.rect(area, Paint::fill(ink(best)).faded(sure));
+        if row % PITCH == PITCH / 2 && column % PITCH == PITCH / 2 {
+            numbers.push((((left + right) / 2.0, (top + bottom) / 2.0), best));
+        }
     }
     svg.raw("</g>");
+    numbers.into_iter().for_each(|(at, best)| write_number(svg, at, best));
 }
 
-/// One ellipse per Gaussian, at one standard deviation along the two features.
+/// One ellipse per Gaussian, at one standard deviation along the two features, with the number of its action.
 fn draw_gaussians(svg: &mut Svg, frame: &Frame, (learner, axes): (&dyn Learner, [usize; 2])) {
     for bump in learner.bumps() {
         let [x, y] = axes.map(|axis| bump.mean[axis]);
@@ -96,8 +113,53 @@ fn draw_gaussians(svg: &mut Svg, frame: &Frame, (learner, axes): (&dyn Learner, 
                 frame.at((x + dx * cos).clamp(0.0, 1.0), (y + dy * sin).clamp(0.0, 1.0))
             })
             .collect();
-        let ink = INKS[bump.choice % INKS.len()];
         svg.path(&outline, true, Paint::line(Ink::TEXT, 2.4).faded(0.35));
-        svg.path(&outline, true, Paint::line(ink, 1.4));
+        svg.path(&outline, true, Paint::line(ink(bump.choice), 1.4));
+        write_number(svg, frame.at(x.clamp(0.0, 1.0), y.clamp(0.0, 1.0)), bump.choice);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use metal_rl::learner::{Dims, Rate, Sample};
+    use metal_rl::learners::{AbspConfig, LearnerConfig};
+
+    /// Two actions over a plane: the first is right on its left half, the second on its right.
+    fn drawn() -> (Box<dyn Learner>, String) {
+        let dims = Dims { inputs: 2, choices: 2 };
+        let mut learner = LearnerConfig::Absp(AbspConfig::default()).build(dims, 1).unwrap();
+        for k in 0..200 {
+            let (x, y) = (f64::from(k % 10) / 10.0 + 0.05, f64::from(k / 10 % 10) / 10.0 + 0.05);
+            for choice in 0..2 {
+                let target = if (x < 0.5) == (choice == 0) { 1.0 } else { -1.0 };
+                let sample = Sample { state: &[x, y], choice, target, demonstrated: false };
+                learner.learn(sample, Rate::Full);
+            }
+        }
+        let mut svg = Svg::new(WIDTH, SIDE);
+        let [x, y] = ["x", "y"].map(|name| Axis::around(name, [0.0, 1.0]));
+        let frame = Frame::draw(&mut svg, Area { x: 0.0, y: 0.0, width: WIDTH, height: SIDE }, &x, &y);
+        paint_plane(&mut svg, &frame, (learner.as_ref(), vec![0.0; 2], [0, 1]));
+        draw_gaussians(&mut svg, &frame, (learner.as_ref(), [0, 1]));
+        (learner, svg.finish("belief"))
+    }
+
+    #[test]
+    fn every_gaussian_has_its_ellipse_and_the_number_of_its_action() {
+        let (learner, svg) = drawn();
+        let bumps = learner.bumps();
+        assert!(bumps.iter().any(|b| b.choice == 0) && bumps.iter().any(|b| b.choice == 1));
+        assert_eq!(svg.matches("Z\"").count() / 2, bumps.len(), "{svg}");
+        let numbers = svg.matches("class=\"small\">1<").count() + svg.matches("class=\"small\">2<").count();
+        assert_eq!(numbers, bumps.len() + (CELLS / PITCH) * (CELLS / PITCH));
+    }
+
+    #[test]
+    fn the_plane_is_told_apart_without_colours() {
+        let (_, svg) = drawn();
+        for number in ["class=\"small\">1<", "class=\"small\">2<"] {
+            assert!(svg.matches(number).count() > 10, "{number}");
+        }
     }
 }

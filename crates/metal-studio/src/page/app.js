@@ -150,5 +150,6 @@ matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { dr
 // For tests and the curious: where a car is on the screen.
 window.studio.where = body => lanes[0].road.where(body);
 window.studio.status = () => status;
+window.studio.frame = () => frame;
 connect();
 requestAnimationFrame(paint);

@@ -14,6 +14,7 @@ from metal_rl.priced import PricedSensors
 from metal_rl.registration import register
 from metal_rl.sensor_cost import SensorCostEnv
 from metal_rl.sensors import Sensor
+from metal_rl.shown import Demonstration, read_demonstration
 from metal_rl.sweep import Plan, Run, sweep
 from metal_rl.tasks import BuiltIn, Task
 
@@ -22,6 +23,7 @@ __all__ = [
     "BuiltIn",
     "Check",
     "Decision",
+    "Demonstration",
     "Expert",
     "Grid",
     "MetalEnv",
@@ -40,6 +42,7 @@ __all__ = [
     "check",
     "learn",
     "load",
+    "read_demonstration",
     "sweep",
 ]
 

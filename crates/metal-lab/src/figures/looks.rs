@@ -4,6 +4,9 @@ use super::chart::{StackChart, StackColumn};
 use super::{Figure, number, policy};
 use crate::results::{LooksBlock, Results};
 
+/// Width of the drawing, in pixels.
+const WIDTH: f64 = 760.0;
+
 /// Draws one column per block of episodes.
 #[must_use]
 pub fn draw(results: &Results) -> Option<Figure> {
@@ -13,6 +16,7 @@ pub fn draw(results: &Results) -> Option<Figure> {
         title: "Looks before each motor decision".to_owned(),
         x_label: "episodes".to_owned(),
         layers: (0..layers).map(|k| (name(k), policy::looks_ink(k))).collect(),
+        width: WIDTH,
         columns: blocks.iter().map(column).collect(),
     };
     let caption = format!(

@@ -114,10 +114,11 @@ fn histogram(log: &PhaseLog, phase: &str) -> String {
         k => format!("{k} looks"),
     };
     StackChart {
-        title: format!("Looks before each motor decision: {phase}"),
+        title: format!("Looks by share: {phase}"),
         x_label: "episodes".to_owned(),
         layers: (0..MOST_LOOKS).map(|k| (name(k), policy::looks_ink(k))).collect(),
         columns: blocks(&log.episodes).into_iter().map(column).collect(),
+        width: 460.0,
     }
     .draw()
 }
@@ -139,7 +140,7 @@ fn sizes(studio: &Studio, log: &PhaseLog, phase: &str) -> Option<String> {
     };
     let tiny = studio.plan.members.iter().enumerate().filter(|(_, m)| m.sensors.len() == 1);
     let series = tiny.map(|(m, plan)| member(m, &plan.name)).collect();
-    Some(chart(format!("Size of each tiny agent's model: {phase}"), unit, series))
+    Some(chart(format!("Sizes of the tiny agents: {phase}"), unit, series))
 }
 
 #[cfg(test)]

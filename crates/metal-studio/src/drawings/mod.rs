@@ -45,7 +45,7 @@ pub type Wishes = BTreeMap<String, String>;
 #[must_use]
 pub fn draw(studio: &Studio, name: &str, wishes: &Wishes) -> Option<String> {
     let svg = match name {
-        "timeline" => timeline::draw(studio)?,
+        "timeline" => timeline::draw(studio, wishes)?,
         "stage" => stage::draw(studio, number(wishes, "n"))?,
         "belief" => belief::draw(studio, wishes)?,
         curve => curves::draw(studio, curve, wishes)?,

@@ -1,6 +1,6 @@
 //! The timeline: one bar per decision, as high as its looks, with what it cost below.
 
-use super::Studio;
+use super::{Studio, Wishes, number};
 use crate::frame::{Frame, LaneFrame};
 use metal_lab::figures::chart::{Anchor, Area, Ink, Paint, Svg};
 use metal_lab::figures::policy;
@@ -8,8 +8,10 @@ use std::sync::Arc;
 
 /// Decisions on the strip.
 pub const SHOWN: usize = 240;
-/// Width of the strip in pixels; the page lays its slider over exactly this.
+/// Width of the strip in pixels if the page does not say its own; the page lays its slider over exactly this.
 const WIDTH: f64 = 640.0;
+/// Widths that a page may have, so that letters keep their size.
+const WIDTHS: std::ops::RangeInclusive<f64> = 240.0..=2000.0;
 const LOOKS: f64 = 42.0;
 const COSTS: f64 = 26.0;
 /// Most looks a bar has room for.
@@ -18,14 +20,15 @@ const MOST: f64 = 7.0;
 const DEAR: f64 = 50.0;
 
 /// The last decisions.
-pub fn draw(studio: &Studio) -> Option<String> {
+pub fn draw(studio: &Studio, wishes: &Wishes) -> Option<String> {
+    let width = number(wishes, "width").filter(|width| WIDTHS.contains(width)).unwrap_or(WIDTH);
     let frames = studio.hub.lately(SHOWN);
     let first = frames.first()?.n;
-    let mut svg = Svg::new(WIDTH, LOOKS + COSTS + 14.0);
-    svg.line((0.0, LOOKS), (WIDTH, LOOKS), Paint::line(Ink::MUTED, 1.0));
+    let mut svg = Svg::new(width, LOOKS + COSTS + 14.0);
+    svg.line((0.0, LOOKS), (width, LOOKS), Paint::line(Ink::MUTED, 1.0));
     for frame in &frames {
         if let Some(lane) = frame.lanes.first() {
-            draw_decision(&mut svg, (frame, lane), first);
+            draw_decision(&mut svg, (frame, lane), (first, width / SHOWN as f64));
         }
     }
     let bottom = LOOKS + COSTS + 11.0;
@@ -34,8 +37,7 @@ pub fn draw(studio: &Studio) -> Option<String> {
     Some(svg.finish(&described(&frames)))
 }
 
-fn draw_decision(svg: &mut Svg, (frame, lane): (&Arc<Frame>, &LaneFrame), first: u64) {
-    let pitch = WIDTH / SHOWN as f64;
+fn draw_decision(svg: &mut Svg, (frame, lane): (&Arc<Frame>, &LaneFrame), (first, pitch): (u64, f64)) {
     let x = (frame.n - first) as f64 * pitch;
     let looks = lane.read.len();
     let high = (LOOKS - 12.0) * (looks as f64 / MOST).min(1.0);

@@ -23,7 +23,7 @@ export function begin(w) {
 
 function card(name) {
   const made = document.createElement('section');
-  made.className = name === 'histogram' ? 'card wide' : 'card';
+  made.className = 'card';
   made.innerHTML = `<div class="chart-of" id="chart-${name}"><p class="note">${name}: nothing to draw yet; press Train.</p></div><button class="take" title="Save this chart">SVG</button>`;
   made.querySelector('.take').onclick = () => download(address(name, true), `metal-${name}.svg`);
   if (name === 'belief') made.prepend(beliefChoice());

@@ -69,12 +69,13 @@ export class Timeline {
   constructor() { [this.last, this.busy] = [0, false]; }
 
   async refresh([first, last]) {
-    if (this.busy || !last || last === this.last && first === this.first) return;
+    const width = Math.round($('timeline').clientWidth);
+    if (this.busy || !last || last === this.last && first === this.first && width === this.width) return;
     this.busy = true;
     try {
-      const answer = await fetch('draw/timeline');
+      const answer = await fetch(`draw/timeline?width=${width}`);
       if (answer.ok) $('timeline').innerHTML = await answer.text();
-      [this.first, this.last] = [first, last];
+      [this.first, this.last, this.width] = [first, last, width];
     } finally { this.busy = false; }
     const scrub = $('scrub'), from = Math.max(first, last - SHOWN + 1);
     // The slider lies over a strip of fixed pitch, however few decisions there are yet.

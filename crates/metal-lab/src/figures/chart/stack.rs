@@ -25,9 +25,10 @@ pub struct StackChart {
     pub layers: Vec<(String, Ink)>,
     /// The columns, from the left.
     pub columns: Vec<StackColumn>,
+    /// Width of the drawing, in pixels.
+    pub width: f64,
 }
 
-const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 240.0;
 
 impl StackChart {
@@ -36,12 +37,12 @@ impl StackChart {
     pub fn draw(&self) -> String {
         let left = 70.0;
         let keys = self.keys();
-        let legend = Area { x: left, y: 28.0, width: WIDTH - left - 10.0, height: 0.0 };
+        let legend = Area { x: left, y: 28.0, width: self.width - left - 10.0, height: 0.0 };
         let top = 38.0 + legend_height(legend.width, &keys);
-        let mut svg = Svg::new(WIDTH, top + HEIGHT + 48.0);
+        let mut svg = Svg::new(self.width, top + HEIGHT + 48.0);
         svg.text((left, 18.0), Anchor::Start, "title", &self.title);
         rows(&mut svg, legend, &keys);
-        let area = Area { x: left, y: top, width: WIDTH - left - 16.0, height: HEIGHT };
+        let area = Area { x: left, y: top, width: self.width - left - 16.0, height: HEIGHT };
         let x_axis = Axis { label: self.x_label.clone(), marks: Vec::new() };
         let y_axis = Axis::around("share of decisions, %", [0.0, 100.0]);
         let frame = Frame::draw(&mut svg, area, &x_axis, &y_axis);

@@ -18,7 +18,7 @@ import tempfile
 import time
 
 from check_report import Browser, complaints_of_console
-from studio.attacks import abroad, attack, share
+from studio.attacks import Wire, abroad, attack, share
 from studio.body import watch_body
 from studio.everybody import look_closely, operable
 from studio.page import Page, Server, expect
@@ -58,7 +58,9 @@ def main():
                      lambda: compare(page), lambda: operable(page), lambda: share(page, server)):
             part()
         page.click("#clip")
+        deaf = Wire(server)  # a page that never reads holds up neither the run nor the others
         told = train(page)
+        deaf.link.close()
         for scheme in ("light", "dark"):
             look_closely(page, scheme)
         page.click("#tab-curves")

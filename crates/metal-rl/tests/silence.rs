@@ -14,7 +14,7 @@ use metal_rl::member::{Member, decision_dims};
 use metal_rl::observe::{Observer, Step};
 use metal_rl::phase::{Budget, Lessons, Phase, Sensing, Teaching};
 use metal_rl::policies::attention::{Consultable, MotorTarget, learner_dims};
-use metal_rl::policies::{Attention, AttentionConfig, Fusion, RandomLooks, Solo};
+use metal_rl::policies::{Attention, AttentionConfig, Fusion, RandomLooks, RestConfig, Solo};
 use metal_rl::policy::Policy;
 use metal_rl::random::{Rng, Streams};
 use metal_rl::returns::Credit;
@@ -258,4 +258,37 @@ fn a_reward_that_is_no_number_is_refused() {
         let error = run(&mut stage, &phase(IndexSet::first(3)), &Streams::new(1), &mut Bill::default());
         assert!(error.unwrap_err().to_string().contains("not a finite number"));
     }
+}
+
+/// Looks of attention that must ask both members before every move, in three episodes of ten steps.
+fn looks(rests: RestConfig, share: f64) -> usize {
+    let mut world = Flaky::new(share);
+    let spec = world.spec.clone();
+    let config = LearnerConfig::Tile(TileConfig::default());
+    let (mut members, attention) =
+        (members(&spec, &config), AttentionConfig { min_looks: 2, rests, ..AttentionConfig::default() });
+    let dims = decision_dims(&members, &spec);
+    let shape = learner_dims(&attention, &dims, &[0, 1]);
+    let consultable = Consultable { members: vec![0, 1], prices: vec![1.0, 2.0] };
+    let learner = born(&config, shape.inputs, shape.choices);
+    let mut policy = Attention::new(attention, learner, &dims, consultable);
+    let mut stage = Stage {
+        environment: &mut world,
+        members: &mut members,
+        policy: &mut policy,
+        scaling: Scaling::SquareRoot,
+    };
+    let (mut bill, mut short) = (Bill::default(), phase(IndexSet::first(3)));
+    short.budget = Budget::Episodes(3);
+    run(&mut stage, &short, &Streams::new(5), &mut bill).unwrap();
+    bill.looks
+}
+
+#[test]
+fn who_gives_no_answer_is_left_alone_and_asked_again_in_the_next_episode() {
+    let rests = RestConfig { after: 2, first: 8, longest: 64 };
+    assert_eq!(looks(rests, 1.0), 3 * 2 * 2, "two silent looks at each, then a rest till the end");
+    assert_eq!(looks(RestConfig { first: 3, ..rests }, 1.0), 3 * 3 * 2, "and one more after a short rest");
+    assert_eq!(looks(RestConfig::NEVER, 1.0), 3 * 10 * 2);
+    assert_eq!(looks(rests, 0.0), 3 * 10 * 2, "whoever answers is asked as before");
 }

@@ -276,8 +276,12 @@ impl Student {
     /// The look with its worth that the student takes after `attended` by the values in `scratch`; none: it moves.
     #[must_use]
     pub fn preferred_look(&self, attended: IndexSet, scratch: &Scratch) -> Option<(usize, f64)> {
+        self.preferred_among(self.open_looks(attended), attended, scratch)
+    }
+
+    fn preferred_among(&self, open: IndexSet, attended: IndexSet, scratch: &Scratch) -> Option<(usize, f64)> {
         let looks = &scratch.values[self.actions..self.stop()];
-        let open = self.open_looks(attended).iter().map(|slot| (slot, looks[slot]));
+        let open = open.iter().map(|slot| (slot, looks[slot]));
         let best = open.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
         let must = matches!(self.rule, Rule::Adaptive { min_looks, .. } if attended.len() < min_looks);
         (must || best.1 > scratch.values[self.stop()]).then_some(best)
@@ -285,13 +289,19 @@ impl Student {
 
     /// The next look, or the move, where `gaze` stands. If it is a move, `scratch` holds the values behind it.
     pub fn next(&self, gaze: &Gaze, scratch: &mut Scratch) -> Next {
+        self.next_but(IndexSet::EMPTY, gaze, scratch)
+    }
+
+    /// As [`Self::next`], without looks at slots that rest.
+    pub fn next_but(&self, resting: IndexSet, gaze: &Gaze, scratch: &mut Scratch) -> Next {
+        let attended = gaze.attended();
         if let Some(due) = self.due(gaze.clock())
-            && let Some(slot) = due.minus(gaze.attended()).iter().next()
+            && let Some(slot) = due.minus(attended).minus(resting).iter().next()
         {
             return Next::Look(slot);
         }
         self.evaluate(gaze.input(), scratch);
-        match self.preferred_look(gaze.attended(), scratch) {
+        match self.preferred_among(self.open_looks(attended).minus(resting), attended, scratch) {
             Some((slot, _)) => Next::Look(slot),
             None => Next::Move(self.best_move(scratch)),
         }

@@ -4,6 +4,7 @@ use crate::counterfactual::gaze::Gaze;
 use crate::counterfactual::student::{Next, Scratch, Student};
 use crate::decision::{DecisionState, Encoding};
 use crate::explore::Exploration;
+use crate::policies::rests::{RestConfig, Rests, slots_of};
 use crate::policy::{Choice, Policy, Situation};
 use crate::random::Rng;
 use crate::set::IndexSet;
@@ -21,6 +22,7 @@ pub struct Counterfactual {
     block: Vec<f64>,
     moved: Option<usize>,
     errand: Option<Errand>,
+    rests: Rests,
 }
 
 /// Looks left to chance: at this slot, or at nobody, in this motor step and some more.
@@ -43,7 +45,9 @@ impl Counterfactual {
         assert_eq!(student.layout().slots(), members.len(), "one slot per member");
         let encoding = Encoding { content: student.config().content, ..Encoding::default() };
         let (gaze, scratch) = (Gaze::new(student.layout()), student.scratch());
-        Self { student, encoding, members, gaze, scratch, block: Vec::new(), moved: None, errand: None }
+        let rests = Rests::new(RestConfig::default(), members.len());
+        let block = Vec::new();
+        Self { student, encoding, members, gaze, scratch, block, moved: None, errand: None, rests }
     }
 
     /// What it learned.
@@ -74,7 +78,7 @@ impl Counterfactual {
     /// The next look or move: by the student, or on an errand.
     fn next(&mut self) -> Next {
         match self.errand {
-            None => self.student.next(&self.gaze, &mut self.scratch),
+            None => self.student.next_but(self.rests.resting(), &self.gaze, &mut self.scratch),
             Some(Errand { slot: Some(slot), .. }) if !self.gaze.attended().contains(slot) => Next::Look(slot),
             Some(_) => {
                 self.student.evaluate(self.gaze.input(), &mut self.scratch);
@@ -107,6 +111,7 @@ impl Policy for Counterfactual {
     fn begin(&mut self, _learning: bool) {
         self.gaze.reset();
         (self.moved, self.errand) = (None, None);
+        self.rests.begin();
     }
 
     fn choose(&mut self, situation: &Situation<'_>, rng: &mut Rng) -> Choice {
@@ -125,6 +130,9 @@ impl Policy for Counterfactual {
                 let moves = &mut self.scratch.values[..actions];
                 let action = situation.exploration.choose(moves, IndexSet::first(actions), rng);
                 self.moved = Some(action);
+                let slots = |of: IndexSet| slots_of(&self.members, of);
+                let (asked, heard) = (slots(situation.state.attended()), slots(situation.state.heard()));
+                self.rests.end_step(asked, heard);
                 self.errand = self.errand.filter(|e| e.more > 0).map(|e| Errand { more: e.more - 1, ..e });
                 Choice::Move(action)
             }

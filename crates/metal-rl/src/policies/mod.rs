@@ -6,6 +6,7 @@ mod blind;
 mod counterfactual;
 mod fusion;
 mod random_looks;
+mod rests;
 mod solo;
 
 pub use advisor::Advisor;
@@ -14,4 +15,5 @@ pub use blind::Blind;
 pub use counterfactual::Counterfactual;
 pub use fusion::Fusion;
 pub use random_looks::RandomLooks;
+pub use rests::RestConfig;
 pub use solo::Solo;

@@ -2,6 +2,7 @@
 
 use crate::decision::Encoding;
 use crate::learner::Rate;
+use crate::policies::RestConfig;
 use crate::returns::Credit;
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +39,8 @@ pub struct AttentionConfig {
     /// Share of the phase over which the price that is learned from rises from 0 to its true value. Prices paid and
     /// reported are always the true ones. Reading R15.
     pub price_ramp: f64,
+    /// When members that give no answer are left alone. Reading R116.
+    pub rests: RestConfig,
 }
 
 impl Default for AttentionConfig {
@@ -50,6 +53,7 @@ impl Default for AttentionConfig {
             min_looks: 0,
             max_looks: usize::MAX >> 1,
             price_ramp: 0.3,
+            rests: RestConfig::default(),
         }
     }
 }
@@ -62,6 +66,7 @@ impl AttentionConfig {
             encoding: Encoding { presence_bits: false, ..Encoding::default() },
             motor_target: MotorTarget::Literal,
             price_ramp: 0.0,
+            rests: RestConfig::NEVER,
             ..Self::default()
         }
     }

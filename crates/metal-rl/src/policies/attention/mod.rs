@@ -7,6 +7,7 @@ pub use config::{AttentionConfig, MotorTarget};
 
 use crate::decision::DecisionDims;
 use crate::learner::{Learner, Sample};
+use crate::policies::rests::{Rests, slots_of};
 use crate::policy::{Choice, Experience, Policy, Situation};
 use crate::random::Rng;
 use crate::set::IndexSet;
@@ -25,6 +26,7 @@ pub struct Attention {
     scratch: Vec<f64>,
     targets: Vec<f64>,
     memory: Memory,
+    rests: Rests,
     learning: bool,
 }
 
@@ -63,6 +65,7 @@ impl Attention {
         assert_eq!(learner.dims(), needed, "the attention learner's shape");
         assert_eq!(consultable.members.len(), consultable.prices.len(), "one price per member");
         Self {
+            rests: Rests::new(config.rests, consultable.members.len()),
             config,
             input: vec![0.0; needed.inputs],
             values: vec![0.0; needed.choices],
@@ -89,14 +92,16 @@ impl Attention {
         &self.values
     }
 
-    /// Which choices are open: every move once enough looks were taken, every member not yet consulted (reading R17).
+    /// Which choices are open: every move once enough looks were taken, every member not yet consulted (reading R17)
+    /// that does not rest (R116).
     fn available(&self, attended: IndexSet) -> IndexSet {
-        let looks = attended.len();
-        let may_look = looks < self.config.max_looks && looks < self.members.len();
-        let may_move = looks >= self.config.min_looks || !may_look;
-        let moves = if may_move { IndexSet::first(self.actions) } else { IndexSet::EMPTY };
-        let unseen = self.members.iter().enumerate().filter(|(_, m)| may_look && !attended.contains(**m));
-        unseen.fold(moves, |open, (slot, _)| open.with(self.actions + slot))
+        let (looks, resting) = (attended.len(), self.rests.resting());
+        let may_look = looks < self.config.max_looks;
+        let is_open = |slot: usize, m: usize| may_look && !attended.contains(m) && !resting.contains(slot);
+        let unseen = self.members.iter().enumerate().filter(|(slot, m)| is_open(*slot, **m));
+        let unseen = unseen.fold(IndexSet::EMPTY, |open, (slot, _)| open.with(self.actions + slot));
+        let may_move = looks >= self.config.min_looks || unseen.is_empty();
+        if may_move { unseen.union(IndexSet::first(self.actions)) } else { unseen }
     }
 
     /// Price of a choice as it is learned from at `progress` of the phase.
@@ -139,6 +144,7 @@ impl Policy for Attention {
     fn begin(&mut self, learning: bool) {
         self.learning = learning;
         self.memory.clear();
+        self.rests.begin();
     }
 
     fn choose(&mut self, situation: &Situation<'_>, rng: &mut Rng) -> Choice {
@@ -156,6 +162,9 @@ impl Policy for Attention {
             self.memory.record(&self.input, Decision { choice, price, best }, choice < self.actions);
         }
         if choice < self.actions {
+            let slots = |of: IndexSet| slots_of(&self.members, of);
+            let (asked, heard) = (slots(situation.state.attended()), slots(situation.state.heard()));
+            self.rests.end_step(asked, heard);
             Choice::Move(choice)
         } else {
             Choice::Consult(self.members[choice - self.actions])

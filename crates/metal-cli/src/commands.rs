@@ -211,6 +211,13 @@ fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
         );
     }
     say(&format!("studio: {}\n", studio.url()))?;
+    if let Some(button) = emergency.clone() {
+        let quit = studio.quitter();
+        robots::on_termination(move || {
+            button.press();
+            quit();
+        })?;
+    }
     let quit = studio.quitter();
     ctrlc::set_handler(move || {
         // The wheels first: the stage may be in the middle of a step.

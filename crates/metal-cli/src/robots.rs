@@ -195,7 +195,7 @@ pub fn write_world(request: &Write) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Ctrl-C presses the emergency stop; a second one ends the program.
+/// Ctrl-C presses the emergency stop; a second one ends the program. So does whoever ends the program otherwise.
 fn emergency() -> anyhow::Result<Emergency> {
     let (emergency, button) = (Emergency::default(), Emergency::default());
     let pressed = emergency.clone();
@@ -207,7 +207,26 @@ fn emergency() -> anyhow::Result<Emergency> {
         pressed.press();
     })
     .context("cannot listen to Ctrl-C")?;
+    let pressed = emergency.clone();
+    on_termination(move || pressed.press())?;
     Ok(emergency)
+}
+
+/// Lets `act` happen when the system ends the program (SIGTERM), or its terminal is closed (SIGHUP): without it the program
+/// would be gone at once, and wheels on a serial line would turn on.
+#[cfg(unix)]
+pub fn on_termination(act: impl Fn() + Send + 'static) -> anyhow::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGTERM};
+    let mut signals =
+        signal_hook::iterator::Signals::new([SIGTERM, SIGHUP]).context("cannot listen to signals")?;
+    std::thread::spawn(move || signals.forever().for_each(|_| act()));
+    Ok(())
+}
+
+/// Only Unix has such signals.
+#[cfg(not(unix))]
+pub fn on_termination(_: impl Fn() + Send + 'static) -> anyhow::Result<()> {
+    Ok(())
 }
 
 fn world(options: &World) -> serve::Shared {

@@ -15,6 +15,7 @@ use metal_robots::arena::{Arena, ArenaConfig, Traffic};
 use metal_robots::body::INFRARED;
 use metal_robots::environment::LINK_MEASURES;
 use metal_robots::link::Patience;
+use metal_robots::webots::Release;
 use metal_robots::{
     Address, Body, Calibration, Emergency, Guard, Limits, Picture, RobotConfig, RobotEnvironment, doctor,
     serve,
@@ -61,8 +62,11 @@ enum Play {
         #[command(flatten)]
         world: World,
     },
-    /// Webots, for external controllers of an E-puck (TCP, the layouts of R2023b)
+    /// Webots, for external controllers of an E-puck (TCP)
     Webots {
+        /// Whose language: that of the release of the controller's library
+        #[arg(long, default_value = "R2023b", value_parser = ["R2023b", "R2025a"])]
+        release: String,
         /// Address and port to listen at
         #[arg(long, default_value = "127.0.0.1:1234")]
         bind: String,
@@ -254,7 +258,9 @@ pub fn serve(request: &Serve) -> anyhow::Result<()> {
     let end = emergency()?;
     match &request.what {
         Play::Epuck2 { bind, world: w } => Ok(serve::epuck2::serve(&listen(bind)?, &world(w), &end)?),
-        Play::Webots { bind, world: w } => Ok(serve::webots::serve(&listen(bind)?, &world(w), &end)?),
+        Play::Webots { release, bind, world: w } => {
+            Ok(serve::webots::serve_as(Release::of(release)?, &listen(bind)?, &world(w), &end)?)
+        }
         Play::Epuck { baud, world: w } => serve_line(*baud, w, &end),
     }
 }

@@ -1,9 +1,9 @@
 //! A recording as an environment.
 
-use crate::cdr::{read_bytes, read_floats};
+use crate::cdr::{read_bytes, read_floats, read_image};
 use crate::recorder::topic;
 use crate::tape::{SPEC, TapeError};
-use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome, Picture};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -16,6 +16,8 @@ pub struct Recorded {
     pub attended: Vec<u8>,
     /// Measures of the step.
     pub measures: Vec<f64>,
+    /// The camera's picture of the step, if one was taken.
+    pub picture: Option<Picture>,
     /// Motor action, and what it led to; none behind the last step of an episode, where only readings are left.
     pub moved: Option<(usize, Outcome)>,
 }
@@ -110,6 +112,7 @@ fn read_episodes(bytes: &[u8], spec: &EnvironmentSpec) -> Result<Vec<Vec<Recorde
             }
             "/attention" => step.attended = read_bytes(&message.data)?,
             "/measures" => step.measures = read_floats(&message.data)?,
+            "/image_raw" => step.picture = Some(read_image(&message.data)?),
             "/step" => {
                 step.moved = Some(moved(&read_floats(&message.data)?, spec)?);
                 let missing = || TapeError::Foreign("a step before the first episode".to_owned());
@@ -200,6 +203,11 @@ impl Environment for Replay {
     fn measures(&self) -> &[f64] {
         let before = self.step.saturating_sub(1);
         &self.episodes[self.episode][before].measures
+    }
+
+    /// The picture of then, if one was taken in this step.
+    fn picture(&self) -> Option<Picture> {
+        self.now()?.picture.clone()
     }
 
     /// What was done then. Behind the last step nothing was done, and what is advised there is not carried out.

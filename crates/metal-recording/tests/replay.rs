@@ -59,6 +59,22 @@ fn a_replay_is_the_recorded_run_to_the_bit() {
 }
 
 #[test]
+fn a_replay_that_is_recorded_is_the_recording_byte_by_byte() {
+    let (first, second) = (file("first.mcap"), file("second.mcap"));
+    let record = |world: Box<dyn Environment>, path: &PathBuf| {
+        let tape = Tape::create(path, world.spec()).unwrap();
+        let mut recorder = Recorder::new(world, tape.clone());
+        demonstrate(&mut recorder);
+        tape.finish().unwrap();
+    };
+    record(Box::new(highway()), &first);
+    record(Box::new(Replay::open(&first).unwrap()), &second);
+    let bytes = std::fs::read(&first).unwrap();
+    assert!(mcap_topics(&bytes).iter().any(|t| t == "/image_raw"), "pictures, too");
+    assert!(bytes == std::fs::read(&second).unwrap());
+}
+
+#[test]
 fn what_was_not_recorded_is_not_made_up() {
     let path = file("glance.mcap");
     let world = highway();

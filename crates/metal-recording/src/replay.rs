@@ -2,7 +2,7 @@
 
 use crate::cdr::{read_bytes, read_floats, read_image};
 use crate::recorder::topic;
-use crate::tape::{SPEC, TapeError};
+use crate::tape::{SPEC, TapeError, messages};
 use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome, Picture};
 use std::path::Path;
 use std::sync::Arc;
@@ -103,7 +103,7 @@ fn read_episodes(bytes: &[u8], spec: &EnvironmentSpec) -> Result<Vec<Vec<Recorde
             steps.push(rest);
         }
     };
-    for message in mcap::MessageStream::new(bytes)? {
+    for message in messages(bytes)? {
         let message = message?;
         match message.channel.topic.as_str() {
             "/episode" => {

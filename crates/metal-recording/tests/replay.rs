@@ -152,6 +152,29 @@ fn a_foreign_file_is_refused() {
 }
 
 #[test]
+fn a_damaged_recording_is_refused_wherever_a_byte_is_wrong_and_never_panics() {
+    let path = file("damaged.mcap");
+    let tape = Tape::create(&path, highway().spec()).unwrap();
+    let mut recorder = Recorder::new(highway(), tape.clone());
+    recorder.reset(1).unwrap();
+    recorder.sense(6, &mut [0.0; 8]).unwrap();
+    recorder.step(2).unwrap();
+    tape.finish().unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    // A record that claims to be longer than its chunk: found by fuzzing.
+    let image = whole.windows(5).position(|w| w == b"rgb8\0").unwrap();
+    let mut refused = 0;
+    for at in (0..whole.len()).step_by(7).filter(|at| !(image + 20..image + 6000).contains(at)) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0xFF;
+        refused += usize::from(Replay::of(&bytes).is_err());
+        let _ = metal_recording::tape::index(&bytes);
+        let _ = Replay::of(&bytes[..at]);
+    }
+    assert!(refused > 20, "{refused}");
+}
+
+#[test]
 fn beliefs_and_a_robots_run_are_recorded_too() {
     use metal_robots::arena::{Arena, ArenaConfig, Traffic};
     let grounds = RoadSet::Seeds(vec![1]).build();

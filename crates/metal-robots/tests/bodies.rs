@@ -183,6 +183,36 @@ fn in_both_releases_of_webots_the_supervisor_places_judges_and_advises() {
 }
 
 #[test]
+fn a_body_and_the_simulators_colour_path_find_the_same_classes_in_the_same_place() {
+    use metal_worlds::highway::classify::ColourThresholds;
+    use metal_worlds::highway::{Highway, Pixels, RgbConfig, Steering};
+    // Whatever the thresholds are: both go through the one classification.
+    let greedy = ColourThresholds { white_from: 0.1, red_within_deg: 100.0, ..ColourThresholds::default() };
+    for thresholds in [ColourThresholds::default(), greedy] {
+        let server = webots_server(arena(Scenario::Mix));
+        let body = Webots::connect(tcp::opener(server.address.clone()), patience(), None).unwrap();
+        let calibration = Calibration { colours: thresholds, infrared: body.infrared_scale() };
+        let guard = Guard::new(Box::new(body), Limits::default(), Emergency::default()).unwrap();
+        let highway = HighwayConfig::new(RoadSet::Seeds(vec![1]), Scenario::Mix);
+        let pixels = Pixels::Rgb(RgbConfig { thresholds, ..RgbConfig::default() });
+        let mut simulated = Highway::new(HighwayConfig { pixels, ..highway.clone() }, Steering::Scripted);
+        let grounds = Some(RoadSet::Seeds(vec![1]).build());
+        let mut embodied =
+            RobotEnvironment::new(guard, RobotConfig { highway, calibration, grounds }).unwrap();
+        for seed in 0..6 {
+            embodied.reset(seed).unwrap();
+            simulated.reset(seed).unwrap();
+            for region in 0..6 {
+                let (mut ours, mut theirs) = ([0.0; 4], [0.0; 4]);
+                embodied.sense(region, &mut ours).unwrap();
+                simulated.sense(region, &mut theirs).unwrap();
+                assert!(ours.iter().zip(theirs).all(|(a, b)| (a - b).abs() < 1e-12), "{ours:?} {theirs:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn where_nothing_is_near_every_ring_reads_the_same_after_its_own_normalisation() {
     let world = || arena(Scenario::FreeRoad);
     let (a, b, c) = (epuck2_server(world()), epuck_server(world(), None), webots_server(world()));

@@ -475,10 +475,10 @@ fn summary(log: &Log<'_>, environment: &RobotEnvironment) -> String {
         text += &format!("{i:>7}  {:>12.1}  {:>14.1}  {looks:>12.2}\n", episode.motor, -episode.perceptual);
     }
     let [bytes, ms, saved_bytes, saved_ms] = log.sums.map(|s| s / log.steps.max(1) as f64);
-    text += &format!("\na decision: {bytes:.0} bytes and {ms:.1} ms on the link, ");
-    text += &format!("{saved_bytes:.0} bytes and {saved_ms:.1} ms less than looking at everything\n");
+    text += &format!("\na decision: {bytes:.0} bytes and {ms:.2} ms on the link, ");
+    text += &format!("{saved_bytes:.0} bytes and {saved_ms:.2} ms less than looking at everything\n");
     for (sensor, bytes, ms) in environment.look_costs() {
-        text += &format!("a look at {sensor}: {bytes:.0} bytes, {ms:.1} ms\n");
+        text += &format!("a look at {sensor}: {bytes:.0} bytes, {ms:.2} ms\n");
     }
     text
 }

@@ -202,7 +202,7 @@ fn the_frames_and_readings_of_webots_are_the_documented_bytes() {
 
 fn devices() -> Vec<Device> {
     let table = vec![[0.0, 4095.0, 0.002], [0.07, 67.19, 0.04897]];
-    let numbers = [0.0, 0.0, 6.28, -1.0, 10.0, 10.0, 0.0, 0.0, 0.0, 6.28, 1.0];
+    let numbers = [0.0, 0.0, 7.536, -1.0, 10.0, 10.0, 0.0, 0.0, 0.0, 7.536, 1.0];
     let camera = device::Camera {
         uid: 17,
         size: [52, 39],

@@ -5,7 +5,6 @@ mod common;
 
 use common::patience;
 use metal_robots::bodies::Epuck2;
-use metal_robots::epuck::Sensors;
 use metal_robots::epuck::wifi::{Answer, Command, Motion};
 use metal_robots::link::tcp;
 use metal_robots::{Body, Emergency, Guard, Limits, Wheels};
@@ -65,11 +64,7 @@ fn listen(
         let command = Command::decode(&bytes).unwrap();
         let Motion::Speed(speeds) = command.motion else { panic!("nobody sets the counters here") };
         diary.lock().unwrap().last_mut().unwrap().push(speeds);
-        let answer = if command.wanted.sensors {
-            Answer::Sensors(Box::new(Sensors::default()))
-        } else {
-            Answer::Nothing
-        };
+        let answer = if command.wanted.sensors { Answer::Sensors(Box::default()) } else { Answer::Nothing };
         stream.write_all(&answer.encode())?;
     }
 }

@@ -89,7 +89,7 @@ row("webots reading gyro", u16(7), bytes([53]), f64(1, 2, 3))
 TABLE = [(0.0, 4095.0, 0.002), (0.07, 67.19, 0.04897)]
 table = i32(len(TABLE)) + b"".join(f64(*line) for line in TABLE)
 DEVICES = [
-    (57, "left wheel motor", i32(0) + f64(0, 0, 6.28, -1, 10, 10, 0, 0, 0, 6.28, 1) + i32(1) + u16(2)),
+    (57, "left wheel motor", i32(0) + f64(0, 0, 7.536, -1, 10, 10, 0, 0, 0, 7.536, 1) + i32(1) + u16(2)),
     (52, "left wheel sensor", i32(0)),
     (42, "ps0", i32(1) + f64(67, 4095, 0.1) + table),
     (49, "ls0", table),

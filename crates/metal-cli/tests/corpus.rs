@@ -5,7 +5,7 @@ mod targets;
 
 /// Feeds the kept inputs of a target (a line each, in hex) to `read`.
 fn feed(kept: &str, read: fn(&[u8])) {
-    assert!(kept.lines().count() > 10, "{} inputs", kept.lines().count());
+    assert!(kept.lines().count() > 0, "{} inputs", kept.lines().count());
     for line in kept.lines() {
         read(&bytes(line));
     }

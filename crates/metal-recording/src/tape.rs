@@ -194,3 +194,18 @@ impl Inner {
         Ok(id)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chunk_is_filled_by_whole_records_and_nothing_else() {
+        let record = |claimed: u64, bytes: &[u8]| [&[5][..], &claimed.to_le_bytes(), bytes].concat();
+        assert!(is_filled(&[]));
+        assert!(is_filled(&[record(2, &[1, 2]), record(0, &[])].concat()));
+        assert!(!is_filled(&record(3, &[1, 2])), "longer than the chunk");
+        assert!(!is_filled(&record(u64::MAX, &[1, 2])));
+        assert!(!is_filled(&[record(2, &[1, 2]), vec![5, 0, 0]].concat()), "half a header");
+    }
+}

@@ -1,7 +1,8 @@
 //! The file that is written: channels, schemas and messages, in the order of time.
 
 use crate::cdr;
-use mcap::records::{MessageHeader, Metadata, Record};
+use crate::reader::contents;
+use mcap::records::{MessageHeader, Metadata};
 use metal_rl::environment::{EnvironmentSpec, Picture};
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -141,46 +142,13 @@ impl Tape {
     }
 }
 
-/// The messages of a recording, in its order, if its records fill its chunks.
-///
-/// The reader of the crate `mcap` 0.26 counts down what is left of a chunk without asking whether a record inside claims
-/// more, and then panics or reads on for ever. So that is asked first.
-///
-/// # Errors
-/// If it is no MCAP, or a chunk is damaged.
-pub(crate) fn messages(bytes: &[u8]) -> Result<mcap::MessageStream<'_>, TapeError> {
-    for record in mcap::read::LinearReader::new(bytes)? {
-        if let Record::Chunk { header, data } = record?
-            && header.compression.is_empty()
-            && (header.compressed_size != data.len() as u64 || !is_filled(&data))
-        {
-            return Err(TapeError::Foreign("a chunk is damaged".to_owned()));
-        }
-    }
-    Ok(mcap::MessageStream::new(bytes)?)
-}
-
-/// Whether `chunk` is made of whole records: a byte for the kind, eight for the length, and as many as that says.
-fn is_filled(mut chunk: &[u8]) -> bool {
-    while let Some(([_, length @ ..], rest)) = chunk.split_first_chunk::<9>() {
-        let length = usize::try_from(u64::from_le_bytes(*length)).unwrap_or(usize::MAX);
-        let Some((_, behind)) = rest.split_at_checked(length) else { return false };
-        chunk = behind;
-    }
-    chunk.is_empty()
-}
-
 /// Topic and time (nanoseconds) of every message of a recording, in its order.
 ///
 /// # Errors
 /// If it is no MCAP.
 pub fn index(bytes: &[u8]) -> Result<Vec<(String, u64)>, TapeError> {
-    let mut rows = Vec::new();
-    for message in messages(bytes)? {
-        let message = message?;
-        rows.push((message.channel.topic.clone(), message.log_time));
-    }
-    Ok(rows)
+    let messages = contents(bytes)?.messages;
+    Ok(messages.into_iter().map(|message| (message.topic.to_owned(), message.time_ns)).collect())
 }
 
 impl Inner {
@@ -192,20 +160,5 @@ impl Inner {
         let id = self.writer.add_channel(schema_id, topic, "cdr", &BTreeMap::new())?;
         self.channels.insert(topic.to_owned(), id);
         Ok(id)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_chunk_is_filled_by_whole_records_and_nothing_else() {
-        let record = |claimed: u64, bytes: &[u8]| [&[5][..], &claimed.to_le_bytes(), bytes].concat();
-        assert!(is_filled(&[]));
-        assert!(is_filled(&[record(2, &[1, 2]), record(0, &[])].concat()));
-        assert!(!is_filled(&record(3, &[1, 2])), "longer than the chunk");
-        assert!(!is_filled(&record(u64::MAX, &[1, 2])));
-        assert!(!is_filled(&[record(2, &[1, 2]), vec![5, 0, 0]].concat()), "half a header");
     }
 }

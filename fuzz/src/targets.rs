@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 /// Most motor steps that a foreign world is asked for.
 const STEPS: usize = 50;
 
-/// An experiment file: read and checked; its newborn mind, if it is a small one.
+/// An experiment file: read and checked.
 pub fn experiment(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     let _ = plan::parse(text, &[]);

@@ -247,7 +247,8 @@ pub struct Training {
     #[command(flatten)]
     pub keeping: Keeping,
     /// When the run is finished, write what its first training saw, attended to, believed, did and paid to FILE.mcap: all
-    /// phases, or phase.NAME=FILE.mcap, or the tests of policy.NAME=FILE.mcap; may be repeated
+    /// phases, or phase.NAME=FILE.mcap, or the tests of policy.NAME=FILE.mcap; N.phase.NAME=… is training N's, and
+    /// run=FILE.mcap is all of all trainings; may be repeated
     #[arg(long, value_name = "FILE")]
     pub record: Vec<Wish>,
     /// Episodes of each phase or policy to record (0: all)

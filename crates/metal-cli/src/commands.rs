@@ -116,7 +116,7 @@ fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
         quick: training.quick,
         all_subsets: training.all_subsets,
     };
-    check_recordings(&plan, training)?;
+    check_recordings(&plan, options.seeds, training)?;
     let store = Store::create(out)?;
     let results = match begin(&store, &Job::new(&plan, &options)?, &training.keeping)? {
         Begun::Finished => store.read_results()?,
@@ -136,9 +136,9 @@ fn learn(plan: Plan, training: &Training, out: &Path) -> anyhow::Result<()> {
 }
 
 /// Before anything is learned: whether there is what shall be recorded, and room for it.
-fn check_recordings(plan: &Plan, training: &Training) -> anyhow::Result<()> {
+fn check_recordings(plan: &Plan, trainings: usize, training: &Training) -> anyhow::Result<()> {
     for wish in &training.record {
-        wish.piece.check(plan).map_err(anyhow::Error::msg).context("--record")?;
+        wish.check(plan, trainings).map_err(anyhow::Error::msg).context("--record")?;
         keep_clear(&wish.file, training.keeping.force)?;
     }
     Ok(())
@@ -211,6 +211,13 @@ fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
         );
     }
     say(&format!("studio: {}\n", studio.url()))?;
+    if let Some(button) = emergency.clone() {
+        let quit = studio.quitter();
+        robots::on_termination(move || {
+            button.press();
+            quit();
+        })?;
+    }
     let quit = studio.quitter();
     ctrlc::set_handler(move || {
         // The wheels first: the stage may be in the middle of a step.

@@ -15,6 +15,7 @@ use metal_robots::arena::{Arena, ArenaConfig, Traffic};
 use metal_robots::body::INFRARED;
 use metal_robots::environment::LINK_MEASURES;
 use metal_robots::link::Patience;
+use metal_robots::webots::Release;
 use metal_robots::{
     Address, Body, Calibration, Emergency, Guard, Limits, Picture, RobotConfig, RobotEnvironment, doctor,
     serve,
@@ -61,8 +62,11 @@ enum Play {
         #[command(flatten)]
         world: World,
     },
-    /// Webots, for external controllers of an E-puck (TCP, the layouts of R2023b)
+    /// Webots, for external controllers of an E-puck (TCP)
     Webots {
+        /// Whose language: that of the release of the controller's library
+        #[arg(long, default_value = "R2023b", value_parser = ["R2023b", "R2025a"])]
+        release: String,
         /// Address and port to listen at
         #[arg(long, default_value = "127.0.0.1:1234")]
         bind: String,
@@ -195,7 +199,7 @@ pub fn write_world(request: &Write) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Ctrl-C presses the emergency stop; a second one ends the program.
+/// Ctrl-C presses the emergency stop; a second one ends the program. So does whoever ends the program otherwise.
 fn emergency() -> anyhow::Result<Emergency> {
     let (emergency, button) = (Emergency::default(), Emergency::default());
     let pressed = emergency.clone();
@@ -207,7 +211,26 @@ fn emergency() -> anyhow::Result<Emergency> {
         pressed.press();
     })
     .context("cannot listen to Ctrl-C")?;
+    let pressed = emergency.clone();
+    on_termination(move || pressed.press())?;
     Ok(emergency)
+}
+
+/// Lets `act` happen when the system ends the program (SIGTERM), or its terminal is closed (SIGHUP): without it the program
+/// would be gone at once, and wheels on a serial line would turn on.
+#[cfg(unix)]
+pub fn on_termination(act: impl Fn() + Send + 'static) -> anyhow::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGTERM};
+    let mut signals =
+        signal_hook::iterator::Signals::new([SIGTERM, SIGHUP]).context("cannot listen to signals")?;
+    std::thread::spawn(move || signals.forever().for_each(|_| act()));
+    Ok(())
+}
+
+/// Only Unix has such signals.
+#[cfg(not(unix))]
+pub fn on_termination(_: impl Fn() + Send + 'static) -> anyhow::Result<()> {
+    Ok(())
 }
 
 fn world(options: &World) -> serve::Shared {
@@ -235,7 +258,9 @@ pub fn serve(request: &Serve) -> anyhow::Result<()> {
     let end = emergency()?;
     match &request.what {
         Play::Epuck2 { bind, world: w } => Ok(serve::epuck2::serve(&listen(bind)?, &world(w), &end)?),
-        Play::Webots { bind, world: w } => Ok(serve::webots::serve(&listen(bind)?, &world(w), &end)?),
+        Play::Webots { release, bind, world: w } => {
+            Ok(serve::webots::serve_as(Release::of(release)?, &listen(bind)?, &world(w), &end)?)
+        }
         Play::Epuck { baud, world: w } => serve_line(*baud, w, &end),
     }
 }
@@ -450,10 +475,10 @@ fn summary(log: &Log<'_>, environment: &RobotEnvironment) -> String {
         text += &format!("{i:>7}  {:>12.1}  {:>14.1}  {looks:>12.2}\n", episode.motor, -episode.perceptual);
     }
     let [bytes, ms, saved_bytes, saved_ms] = log.sums.map(|s| s / log.steps.max(1) as f64);
-    text += &format!("\na decision: {bytes:.0} bytes and {ms:.1} ms on the link, ");
-    text += &format!("{saved_bytes:.0} bytes and {saved_ms:.1} ms less than looking at everything\n");
+    text += &format!("\na decision: {bytes:.0} bytes and {ms:.2} ms on the link, ");
+    text += &format!("{saved_bytes:.0} bytes and {saved_ms:.2} ms less than looking at everything\n");
     for (sensor, bytes, ms) in environment.look_costs() {
-        text += &format!("a look at {sensor}: {bytes:.0} bytes, {ms:.1} ms\n");
+        text += &format!("a look at {sensor}: {bytes:.0} bytes, {ms:.2} ms\n");
     }
     text
 }

@@ -118,6 +118,33 @@ fn train(name: &str, more: &[&str]) -> String {
     text(&output)
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_serial_robot_shows_for_the_simulation_and_learns_from_it() {
+    let server = serve(&["epuck"]);
+    let robot = format!("epuck://{}", server.1);
+    let drive = ["drive", "--robot", &robot, "--steps", "3", "--force"];
+    let show = ["--demonstrate", "--run", mind(), "--policy", "near", "--record", "serial.mcap"];
+    let output = metal(&[&drive[..], &show].concat()).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output));
+    let output = metal(&["replay", "serial.mcap"]).output().unwrap();
+    assert!(text(&output).contains("Highway-epuck"), "{}", text(&output));
+    // Phase I in simulation, from what the robot showed.
+    let said = train("shown-on-a-line", &["--demonstrations", "serial.mcap"]);
+    assert!(said.contains("learning from 3 steps that were shown"), "{said}");
+    // Phase I from what the simulation showed, in the robot's own world; then that mind drives the robot.
+    train("shows-for-a-line", &["--force", "--record", "phase.demonstration=for-a-line.mcap"]);
+    let text_of = |body: &str| PLAN.replace("[environment.highway_scripted]\nhorizon = 10", body);
+    let plan = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("on-a-line.toml");
+    std::fs::write(&plan, text_of("[environment.replay]\nfile = \"serial.mcap\"")).unwrap();
+    let run = ["run", plan.to_str().unwrap(), "--out", "on-a-line", "--seeds", "1", "--force"];
+    let output = metal(&[&run[..], &["--demonstrations", "for-a-line.mcap"]].concat()).output().unwrap();
+    assert!(text(&output).contains("learning from 60 steps that were shown"), "{}", text(&output));
+    let back = ["--run", "on-a-line", "--policy", "near", "--record", "back.mcap"];
+    let output = metal(&[&drive[..], &back].concat()).output().unwrap();
+    assert!(output.status.success() && text(&output).contains("a look at MN: "), "{}", text(&output));
+}
+
 #[test]
 fn what_robots_showed_teaches_in_simulation_and_the_other_way_round() {
     let webots = serve(&["webots", "--bind", "127.0.0.1:0"]);
@@ -153,40 +180,101 @@ fn what_robots_showed_teaches_in_simulation_and_the_other_way_round() {
     assert!(text(&output).contains("Highway-v0") && text(&output).lines().count() == 8, "{}", text(&output));
 }
 
-#[test]
-fn ctrl_c_stops_the_wheels() {
-    let server = serve(&["epuck2", "--bind", "127.0.0.1:0"]);
-    let robot = format!("epuck2://{}", server.1);
-    let mut child =
-        metal(&["drive", "--robot", &robot, "--run", mind(), "--policy", "near", "--steps", "1000"])
-            .stderr(Stdio::piped())
-            .stdout(Stdio::null())
-            .spawn()
-            .unwrap();
-    std::thread::sleep(Duration::from_millis(1500));
-    assert!(child.try_wait().unwrap().is_none(), "it drives");
-    let asked = Instant::now();
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
-    let status = child.wait().unwrap();
-    assert!(asked.elapsed() < Duration::from_secs(3));
-    let mut said = String::new();
-    child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-    assert!(!status.success() && said.contains("the emergency stop was pressed"), "{said}");
-    // The robot was told to stop before the line closed; whoever comes next finds it standing.
-    assert_eq!(steps(&server), steps(&server));
+/// An E-puck on a serial line, played in this process so that its wheels can be watched. As BTcom it goes on for ever with
+/// the last speed it was told: only a command stops it, and neither a closed line nor a lost program does.
+#[cfg(target_os = "linux")]
+struct Watched {
+    arena: metal_robots::serve::Shared,
+    address: String,
+    end: metal_robots::Emergency,
+    thread: Option<std::thread::JoinHandle<()>>,
 }
 
-/// Step counters of the robot, over its own language.
-fn steps(server: &Server) -> [u8; 4] {
-    use std::io::Write;
-    let mut stream = std::net::TcpStream::connect(&server.1).unwrap();
-    let mut command = [0; 21];
-    command[..2].copy_from_slice(&[0x80, 2]);
-    stream.write_all(&command).unwrap();
-    let mut answer = [0; 105];
-    stream.read_exact(&mut answer).unwrap();
-    std::thread::sleep(Duration::from_millis(200));
-    answer[80..84].try_into().unwrap()
+#[cfg(target_os = "linux")]
+impl Watched {
+    fn start() -> Self {
+        use metal_robots::arena::{Arena, ArenaConfig, Traffic};
+        use metal_worlds::highway::{RgbConfig, RoadSet, Scenario};
+        let grounds = RoadSet::Seeds(vec![1]).build();
+        let (scenario, traffic) = (Scenario::FreeRoad, Traffic::Standing);
+        let config = ArenaConfig { grounds, scenario, traffic, rgb: RgbConfig::default(), seed: 1 };
+        let arena = std::sync::Arc::new(std::sync::Mutex::new(Arena::new(config)));
+        let terminal = metal_robots::serve::epuck1::Terminal::open().unwrap();
+        let address = format!("epuck://{}", terminal.path());
+        let end = metal_robots::Emergency::default();
+        let (world, button) = (arena.clone(), end.clone());
+        let thread = std::thread::spawn(move || {
+            metal_robots::serve::epuck1::serve(terminal, &world, None, &button).unwrap();
+        });
+        Self { arena, address, end, thread: Some(thread) }
+    }
+
+    fn turns(&self) -> bool {
+        metal_robots::serve::look_into(&self.arena).wheels() != metal_robots::Wheels::STILL
+    }
+
+    /// Waits until the wheels turn, or stand; how long it took, at most ten seconds.
+    fn wait(&self, turning: bool) -> Duration {
+        let start = Instant::now();
+        while self.turns() != turning && start.elapsed() < Duration::from_secs(10) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        start.elapsed()
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Drop for Watched {
+    fn drop(&mut self) {
+        self.end.press();
+        self.thread.take().unwrap().join().unwrap();
+    }
+}
+
+/// Sends `signal` to a driving program while the wheels turn: how long they went on turning, and what it said.
+#[cfg(target_os = "linux")]
+fn ended_by(signal: &str) -> (Duration, String) {
+    let robot = Watched::start();
+    let drive = ["drive", "--robot", &robot.address, "--run", mind(), "--policy", "near", "--steps", "1000"];
+    let mut child = metal(&drive).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    // The middle of some action that is not the first one.
+    for turning in [true, false, true] {
+        assert!(robot.wait(turning) < Duration::from_secs(10), "it drives and stands by turns");
+    }
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+    let took = robot.wait(false);
+    let status = child.wait().unwrap();
+    let mut said = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert!(!status.success());
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(!robot.turns(), "nothing started it again");
+    (took, said)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn ctrl_c_and_whatever_else_ends_the_program_stops_the_wheels_at_once() {
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        let (took, said) = ended_by(signal);
+        // Sooner than an action ends by itself (500 ms) and than silence would stop it (500 ms).
+        assert!(took < Duration::from_millis(400), "{signal}: {took:?}");
+        assert!(said.contains("the emergency stop was pressed"), "{signal}: {said}");
+    }
+}
+
+/// The other half of the proof: a program that is killed cannot stop anything, and this robot drives on.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_robot_of_these_tests_does_not_stop_by_itself() {
+    let robot = Watched::start();
+    let drive = ["drive", "--robot", &robot.address, "--run", mind(), "--policy", "near", "--steps", "1000"];
+    let mut child = metal(&drive).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+    robot.wait(true);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    std::thread::sleep(Duration::from_millis(600));
+    assert!(robot.turns());
 }
 
 #[test]

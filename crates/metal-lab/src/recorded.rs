@@ -5,12 +5,12 @@
 //! happened.
 
 use crate::demonstrations::{Demonstrations, Header, Moment};
-use crate::evaluate::{Candidate, drive, ground};
+use crate::evaluate::{Candidate, Course, drive, ground};
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
 use crate::progress::Progress;
-use crate::registry::EnvironmentConfig;
-use crate::reproduce::{seed_streams, tested_on};
+use crate::registry::{EnvironmentConfig, roads_name};
+use crate::reproduce::{courses, seed_streams, tested_on};
 use crate::store::{RunCard, Store, StoreError};
 use crate::train::{RunError, Watch, classroom, learn_leg};
 use metal_recording::{Beliefs, Recorder, Replay, Tape, TapeError, replay::Recorded};
@@ -27,14 +27,18 @@ use std::str::FromStr;
 pub struct Wish {
     /// Which piece of the run.
     pub piece: Piece,
+    /// Of which training, from 0; [`Piece::Run`] has all of them.
+    pub training: usize,
     /// The recording.
     pub file: PathBuf,
 }
 
-/// A piece of a run: of its first training.
+/// A piece of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Piece {
-    /// Every phase of learning, one after the other.
+    /// All there is: every phase of every training, and every policy's tests on every course.
+    Run,
+    /// Every phase of learning of one training, one after the other.
     Learning,
     /// One phase of learning.
     Phase(String),
@@ -42,19 +46,36 @@ pub enum Piece {
     Policy(String),
 }
 
+/// The forms that a wish is typed in.
+const FORMS: &str = "FILE.mcap, run=FILE.mcap, phase.NAME=FILE.mcap or policy.NAME=FILE.mcap; of another training than \
+                     the first one N.learning=FILE.mcap, N.phase.NAME=FILE.mcap or N.policy.NAME=FILE.mcap";
+
 impl FromStr for Wish {
     type Err = String;
 
-    /// `FILE.mcap`, `phase.NAME=FILE.mcap` or `policy.NAME=FILE.mcap`.
+    /// `FILE.mcap`, `run=FILE.mcap`, or `phase.NAME=FILE.mcap`, `policy.NAME=FILE.mcap` and `learning=FILE.mcap`, the last
+    /// three perhaps behind the number of a training, as in `2.phase.attention=FILE.mcap`.
     fn from_str(text: &str) -> Result<Self, String> {
-        let (piece, file) = match text.split_once('=') {
-            None => (Piece::Learning, text),
-            Some((name, file)) => (piece(name)?, file),
-        };
+        let (name, file) = text.split_once('=').unwrap_or(("learning", text));
         if !file.ends_with(".mcap") {
-            return Err("wanted: FILE.mcap, phase.NAME=FILE.mcap or policy.NAME=FILE.mcap".to_owned());
+            return Err(format!("wanted: {FORMS}"));
         }
-        Ok(Self { piece, file: file.into() })
+        let number = name.split_once('.').and_then(|(n, rest)| Some((n.parse().ok()?, rest)));
+        let (training, name) = number.unwrap_or((0, name));
+        Ok(Self { piece: piece(name)?, training, file: file.into() })
+    }
+}
+
+impl Wish {
+    /// Refuses what a run of `plan` with so many trainings does not have.
+    ///
+    /// # Errors
+    /// What is unknown, and what there is.
+    pub fn check(&self, plan: &Plan, trainings: usize) -> Result<(), String> {
+        if self.training >= trainings {
+            return Err(format!("training {}: they count from 0, and there are {trainings}", self.training));
+        }
+        self.piece.check(plan)
     }
 }
 
@@ -62,7 +83,9 @@ fn piece(name: &str) -> Result<Piece, String> {
     match name.split_once('.') {
         Some(("phase", name)) => Ok(Piece::Phase(name.to_owned())),
         Some(("policy", name)) => Ok(Piece::Policy(name.to_owned())),
-        _ => Err(format!("`{name}`: phase.NAME or policy.NAME")),
+        None if name == "run" => Ok(Piece::Run),
+        None if name == "learning" => Ok(Piece::Learning),
+        _ => Err(format!("`{name}`: wanted: {FORMS}")),
     }
 }
 
@@ -123,11 +146,7 @@ pub fn record(
     for wish in wishes {
         let at = |reason| RecordError::Tape { path: wish.file.clone(), reason };
         let tape = Tape::create(&wish.file, &plan.spec).map_err(at)?;
-        let lived = match &wish.piece {
-            Piece::Learning => plan.order.iter().try_for_each(|name| run.learn(name, &tape)),
-            Piece::Phase(name) => run.learn(name, &tape),
-            Piece::Policy(name) => run.test(name, &tape),
-        };
+        let lived = run.live(wish, &tape);
         // What was recorded until something failed is worth keeping.
         tape.finish().map_err(at)?;
         lived?;
@@ -145,40 +164,68 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// The mind that `phase` left behind in the first training, or a newborn one.
-    fn mind(&self, phase: Option<&String>) -> Result<Mind, RecordError> {
+    fn live(&self, wish: &Wish, tape: &Tape) -> Result<(), RecordError> {
+        let training = wish.training;
+        match &wish.piece {
+            Piece::Run => self.everything(tape),
+            Piece::Learning => self.learn_all(training, tape),
+            Piece::Phase(name) => self.learn(name, training, tape),
+            Piece::Policy(name) => self.test((name, &tested_on(self.plan, self.card.seeds)), training, tape),
+        }
+    }
+
+    fn everything(&self, tape: &Tape) -> Result<(), RecordError> {
+        for training in 0..self.card.seeds {
+            tape.floats("/training", &[training as f64]);
+            self.learn_all(training, tape)?;
+            for course in courses(self.plan, self.card.seeds) {
+                for name in self.plan.file.policy.keys() {
+                    self.test((name, &course), training, tape)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn learn_all(&self, training: usize, tape: &Tape) -> Result<(), RecordError> {
+        self.plan.order.iter().try_for_each(|name| self.learn(name, training, tape))
+    }
+
+    /// The mind that `phase` left behind in a training, or a newborn one.
+    fn mind(&self, phase: Option<&String>, training: usize) -> Result<Mind, RecordError> {
         match phase {
-            Some(phase) => Ok(self.store.read_mind(self.plan, 0, phase)?),
+            Some(phase) => Ok(self.store.read_mind(self.plan, training, phase)?),
             None => {
-                let streams = seed_streams(self.card.seed, 0);
+                let streams = seed_streams(self.card.seed, training);
                 Ok(Mind::newborn(self.plan, &streams).map_err(RunError::from)?)
             }
         }
     }
 
-    fn learn(&self, name: &str, tape: &Tape) -> Result<(), RecordError> {
-        let mut mind = self.mind(self.plan.file.phase[name].after.as_ref())?;
+    fn learn(&self, name: &str, training: usize, tape: &Tape) -> Result<(), RecordError> {
+        let mut mind = self.mind(self.plan.file.phase[name].after.as_ref(), training)?;
         let take = Take { episodes: self.episodes, progress: self.progress };
-        let streams = seed_streams(self.card.seed, 0);
+        let streams = seed_streams(self.card.seed, training);
         tape.text("/phase", name);
         Ok(take.learning((self.plan, name), &mut mind, &streams, tape)?)
     }
 
-    fn test(&self, name: &str, tape: &Tape) -> Result<(), RecordError> {
+    fn test(&self, (name, course): (&str, &Course), training: usize, tape: &Tape) -> Result<(), RecordError> {
         let row = &self.plan.file.policy[name];
         let candidate = Candidate {
             plan: self.plan,
-            mind: &self.mind(row.after.as_ref())?,
+            mind: &self.mind(row.after.as_ref(), training)?,
             acting: &row.acting,
             roster: self.plan.roster(&row.roster),
             blind: self.card.blind,
         };
-        let course = tested_on(self.plan, self.card.seeds);
         let runs = if self.episodes == 0 { course.runs } else { course.runs.min(self.episodes) };
-        let (environment, streams) = ground(self.plan, &course, &seed_streams(self.card.seed, 0))?;
+        let (environment, streams) = ground(self.plan, course, &seed_streams(self.card.seed, training))?;
         let mut world = Recorder::new(environment, tape.clone());
         tape.text("/policy", name);
-        Ok(drive(&candidate, &mut world, (runs, &streams), &mut Beliefs(tape.clone()))?)
+        tape.text("/course", &format!("{} on {}", course.scenario, roads_name(&course.roads)));
+        drive(&candidate, &mut world, (runs, &streams), &mut Beliefs(tape.clone()))?;
+        if self.progress.interrupted() { Err(RunError::Interrupted.into()) } else { Ok(()) }
     }
 }
 

@@ -1,11 +1,13 @@
 //! Recordings in experiments: a run that is recorded is the run, and a mind learns from a recording what it learned live.
 #![allow(clippy::unwrap_used)]
 
+use metal_lab::finish;
 use metal_lab::mind::Mind;
 use metal_lab::plan::{Plan, parse};
 use metal_lab::progress::Silent;
 use metal_lab::recorded::{Piece, Take, Wish, demonstrations, show};
-use metal_lab::reproduce::{Options, execute};
+use metal_lab::reproduce::{Options, courses, execute};
+use metal_lab::store::Store;
 use metal_lab::train::{Trained, train_seed};
 use metal_recording::{Recorder, Replay, Tape};
 use metal_rl::random::Streams;
@@ -127,6 +129,38 @@ fn from_a_recording_is_learned_what_was_learned_live_to_the_bit() {
 }
 
 #[test]
+fn a_whole_run_of_several_trainings_is_recorded_as_it_happened() {
+    let folder = file("whole-run");
+    let _ = std::fs::remove_dir_all(&folder);
+    let store = Store::create(&folder).unwrap();
+    let options = Options { seeds: 2, seed: 3, quick: false, all_subsets: false };
+    let outcome = execute(live(), options, &Silent).unwrap();
+    finish::write(&outcome, &store, "test").unwrap();
+    let path = folder.join("run.mcap");
+    let wish: Wish = format!("run={}", path.display()).parse().unwrap();
+    metal_lab::recorded::record(&store, &[wish], 0, &Silent).unwrap();
+    let replay = Replay::open(&path).unwrap();
+    let paid = |steps: &[metal_recording::replay::Recorded]| -> f64 {
+        steps.iter().filter_map(|s| s.moved).map(|(_, outcome)| outcome.motor_reward).sum()
+    };
+    let recorded: Vec<f64> = replay.episodes().iter().map(|steps| paid(steps)).collect();
+    let mut happened: Vec<f64> = Vec::new();
+    for training in 0..2 {
+        for phase in ["demonstration", "fusion"] {
+            happened.extend(outcome.trained[training][phase].trace.episodes.iter().map(|e| e.motor));
+        }
+        for course in courses(&live(), 2) {
+            for policy in live().file.policy.keys() {
+                let roads = &outcome.tables[&metal_lab::registry::roads_name(&course.roads)];
+                happened.extend(roads[policy][&course.scenario][training].iter().map(|e| e.motor));
+            }
+        }
+    }
+    assert!(happened.len() > 20, "{}", happened.len());
+    assert_eq!(recorded, happened, "both trainings, both phases, both policies on every course");
+}
+
+#[test]
 fn a_whole_experiment_runs_on_a_recording() {
     let (path, _) = record("demonstration", newborn(), 0);
     let plan = plan(&format!("[environment.replay]\nfile = {:?}", path.to_str().unwrap()));
@@ -198,6 +232,12 @@ fn wishes_are_typed_in_three_forms() {
     assert_eq!((wish.piece, wish.file), (Piece::Policy("acl".to_owned()), "runs/a.mcap".into()));
     assert!(of("phase.fusion=a.bag").unwrap_err().contains("phase.NAME=FILE.mcap"));
     assert!(of("fusion=a.mcap").unwrap_err().contains("phase.NAME"));
+    let wish = of("2.phase.fusion=a.mcap").unwrap();
+    assert_eq!((wish.training, &wish.piece), (2, &Piece::Phase("fusion".to_owned())));
+    assert!(wish.check(&live(), 3).is_ok());
+    assert!(wish.check(&live(), 2).unwrap_err().contains("training 2"));
+    assert_eq!(of("run=a.mcap").unwrap().piece, Piece::Run);
+    assert_eq!(of("1.learning=a.mcap").unwrap().piece, Piece::Learning);
     let said = of("phase.fusoin=a.mcap").unwrap().piece.check(&live()).unwrap_err();
     assert!(said.contains("`fusoin`") && said.contains("demonstration, fusion"), "{said}");
 }

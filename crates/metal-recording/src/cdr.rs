@@ -145,6 +145,36 @@ pub fn read_bytes(message: &[u8]) -> Result<Vec<u8>, CdrError> {
     Ok(take(rest, count)?.0.to_vec())
 }
 
+/// The picture in a message that [`image`] wrote.
+///
+/// # Errors
+/// If it is no such message.
+pub fn read_image(message: &[u8]) -> Result<Picture, CdrError> {
+    let (encapsulation, rest) = take(message, 4)?;
+    // Behind the time: `camera` with its zero, and one byte until the next multiple of four.
+    let (frame, rest) = take(take(rest, 8)?.1, 12)?;
+    if encapsulation != ENCAPSULATION || frame != b"\x07\0\0\0camera\0\0" {
+        return Err(CdrError::Unexpected("a picture of somebody else"));
+    }
+    let (rows, rest) = whole(rest)?;
+    let (columns, rest) = whole(rest)?;
+    // `rgb8` with its zero, no big end, and two bytes until the next multiple of four.
+    let (format, rest) = take(rest, 12)?;
+    let (row_bytes, rest) = whole(rest)?;
+    let (count, rest) = whole(rest)?;
+    let fits = row_bytes == columns.saturating_mul(3) && count == rows.saturating_mul(row_bytes);
+    if format != b"\x05\0\0\0rgb8\0\0\0\0" || !fits || columns == 0 {
+        return Err(CdrError::Unexpected("a picture of another format"));
+    }
+    Ok(Picture { columns, pixels: take(rest, count)?.0.as_chunks().0.to_vec() })
+}
+
+/// A whole number, and what stands behind it.
+fn whole(bytes: &[u8]) -> Result<(usize, &[u8]), CdrError> {
+    let (number, rest) = take(bytes, 4)?;
+    Ok((number.iter().rev().fold(0, |n, &byte| n << 8 | usize::from(byte)), rest))
+}
+
 /// The number of entries, and what stands behind it.
 fn start(message: &[u8]) -> Result<(usize, &[u8]), CdrError> {
     let (encapsulation, rest) = take(message, 4)?;
@@ -155,9 +185,7 @@ fn start(message: &[u8]) -> Result<(usize, &[u8]), CdrError> {
     if layout != [0; 8] {
         return Err(CdrError::Unexpected("an array with dimensions"));
     }
-    let (count, rest) = take(rest, 4)?;
-    let count = count.iter().rev().fold(0, |n, &byte| n << 8 | usize::from(byte));
-    Ok((count, rest))
+    whole(rest)
 }
 
 fn take(bytes: &[u8], wanted: usize) -> Result<(&[u8], &[u8]), CdrError> {
@@ -183,12 +211,23 @@ mod tests {
 
     proptest! {
         #[test]
+        fn pictures_survive_and_no_cut_is_taken_for_whole(
+            columns in 1..5_usize, rows in 0..4_usize, time_ns: u64, seed: u8, cut in 0..100_usize,
+        ) {
+            let pixels = (0..columns * rows).map(|i| [seed.wrapping_add(i as u8), i as u8, seed]).collect();
+            let picture = Picture { columns, pixels };
+            let message = image(&picture, time_ns);
+            prop_assert_eq!(read_image(&message).unwrap(), picture);
+            prop_assert!(read_image(&message[..message.len() * cut / 100]).is_err());
+        }
+
+        #[test]
         fn arrays_survive(values in proptest::collection::vec(any::<f64>(), 0..9), raw: Vec<u8>) {
             let again = read_floats(&floats(&values)).unwrap();
             prop_assert!(again.iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits()));
             prop_assert_eq!(again.len(), values.len());
             prop_assert_eq!(read_bytes(&bytes(&raw)).unwrap(), raw.clone());
-            let _ = (read_floats(&raw), read_bytes(&raw));
+            let _ = (read_floats(&raw), read_bytes(&raw), read_image(&raw));
         }
     }
 }

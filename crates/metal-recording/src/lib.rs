@@ -6,6 +6,7 @@
 //! the other way round.
 
 pub mod cdr;
+mod reader;
 pub mod recorder;
 pub mod replay;
 pub mod tape;

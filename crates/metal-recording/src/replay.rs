@@ -1,9 +1,10 @@
 //! A recording as an environment.
 
-use crate::cdr::{read_bytes, read_floats};
+use crate::cdr::{read_bytes, read_floats, read_image};
+use crate::reader::{Contents, contents};
 use crate::recorder::topic;
 use crate::tape::{SPEC, TapeError};
-use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome, Picture};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -16,6 +17,8 @@ pub struct Recorded {
     pub attended: Vec<u8>,
     /// Measures of the step.
     pub measures: Vec<f64>,
+    /// The camera's picture of the step, if one was taken.
+    pub picture: Option<Picture>,
     /// Motor action, and what it led to; none behind the last step of an episode, where only readings are left.
     pub moved: Option<(usize, Outcome)>,
 }
@@ -48,8 +51,9 @@ impl Replay {
     /// # Errors
     /// If they are no recording of METAL.
     pub fn of(bytes: &[u8]) -> Result<Self, TapeError> {
-        let spec = contract(bytes)?;
-        let mut episodes = read_episodes(bytes, &spec)?;
+        let contents = contents(bytes)?;
+        let spec = contract(&contents)?;
+        let mut episodes = read_episodes(&contents, &spec)?;
         episodes.retain(|steps| steps.iter().any(|s| s.moved.is_some()));
         if episodes.is_empty() {
             return Err(TapeError::Foreign("it holds no motor step".to_owned()));
@@ -79,19 +83,13 @@ impl Replay {
     }
 }
 
-fn contract(bytes: &[u8]) -> Result<EnvironmentSpec, TapeError> {
-    for record in mcap::read::LinearReader::new(bytes)? {
-        if let mcap::records::Record::Metadata(metadata) = record?
-            && metadata.name == SPEC
-        {
-            let json = metadata.metadata.get("json").map_or("", String::as_str);
-            return Ok(serde_json::from_str(json)?);
-        }
-    }
-    Err(TapeError::Foreign(format!("the record `{SPEC}` is missing")))
+fn contract(contents: &Contents<'_>) -> Result<EnvironmentSpec, TapeError> {
+    let missing = || TapeError::Foreign(format!("the record `{SPEC}` is missing"));
+    let facts = contents.facts.get(SPEC).ok_or_else(missing)?;
+    Ok(serde_json::from_str(facts.get("json").copied().unwrap_or_default())?)
 }
 
-fn read_episodes(bytes: &[u8], spec: &EnvironmentSpec) -> Result<Vec<Vec<Recorded>>, TapeError> {
+fn read_episodes(contents: &Contents<'_>, spec: &EnvironmentSpec) -> Result<Vec<Vec<Recorded>>, TapeError> {
     let topics: Vec<String> = spec.sensors.iter().map(|s| topic(&s.name)).collect();
     let blank = || Recorded { readings: vec![None; topics.len()], ..Recorded::default() };
     let (mut episodes, mut step): (Vec<Vec<Recorded>>, Recorded) = (Vec::new(), blank());
@@ -101,24 +99,23 @@ fn read_episodes(bytes: &[u8], spec: &EnvironmentSpec) -> Result<Vec<Vec<Recorde
             steps.push(rest);
         }
     };
-    for message in mcap::MessageStream::new(bytes)? {
-        let message = message?;
-        match message.channel.topic.as_str() {
+    for message in &contents.messages {
+        match message.topic {
             "/episode" => {
                 close(&mut episodes, std::mem::replace(&mut step, blank()));
                 episodes.push(Vec::new());
             }
-            "/attention" => step.attended = read_bytes(&message.data)?,
-            "/measures" => step.measures = read_floats(&message.data)?,
+            "/attention" => step.attended = read_bytes(message.data)?,
+            "/measures" => step.measures = read_floats(message.data)?,
+            "/image_raw" => step.picture = Some(read_image(message.data)?),
             "/step" => {
-                step.moved = Some(moved(&read_floats(&message.data)?, spec)?);
+                step.moved = Some(moved(&read_floats(message.data)?, spec)?);
                 let missing = || TapeError::Foreign("a step before the first episode".to_owned());
                 episodes.last_mut().ok_or_else(missing)?.push(std::mem::replace(&mut step, blank()));
             }
             name => {
                 if let Some(sensor) = topics.iter().position(|t| t == name) {
-                    step.readings[sensor] =
-                        Some(reading(&message.data, spec.sensors[sensor].features.len())?);
+                    step.readings[sensor] = Some(reading(message.data, spec.sensors[sensor].features.len())?);
                 }
             }
         }
@@ -200,6 +197,11 @@ impl Environment for Replay {
     fn measures(&self) -> &[f64] {
         let before = self.step.saturating_sub(1);
         &self.episodes[self.episode][before].measures
+    }
+
+    /// The picture of then, if one was taken in this step.
+    fn picture(&self) -> Option<Picture> {
+        self.now()?.picture.clone()
     }
 
     /// What was done then. Behind the last step nothing was done, and what is advised there is not carried out.

@@ -1,6 +1,7 @@
 //! The file that is written: channels, schemas and messages, in the order of time.
 
 use crate::cdr;
+use crate::reader::contents;
 use mcap::records::{MessageHeader, Metadata};
 use metal_rl::environment::{EnvironmentSpec, Picture};
 use std::collections::BTreeMap;
@@ -146,12 +147,8 @@ impl Tape {
 /// # Errors
 /// If it is no MCAP.
 pub fn index(bytes: &[u8]) -> Result<Vec<(String, u64)>, TapeError> {
-    let mut rows = Vec::new();
-    for message in mcap::MessageStream::new(bytes)? {
-        let message = message?;
-        rows.push((message.channel.topic.clone(), message.log_time));
-    }
-    Ok(rows)
+    let messages = contents(bytes)?.messages;
+    Ok(messages.into_iter().map(|message| (message.topic.to_owned(), message.time_ns)).collect())
 }
 
 impl Inner {

@@ -59,6 +59,22 @@ fn a_replay_is_the_recorded_run_to_the_bit() {
 }
 
 #[test]
+fn a_replay_that_is_recorded_is_the_recording_byte_by_byte() {
+    let (first, second) = (file("first.mcap"), file("second.mcap"));
+    let record = |world: Box<dyn Environment>, path: &PathBuf| {
+        let tape = Tape::create(path, world.spec()).unwrap();
+        let mut recorder = Recorder::new(world, tape.clone());
+        demonstrate(&mut recorder);
+        tape.finish().unwrap();
+    };
+    record(Box::new(highway()), &first);
+    record(Box::new(Replay::open(&first).unwrap()), &second);
+    let bytes = std::fs::read(&first).unwrap();
+    assert!(mcap_topics(&bytes).iter().any(|t| t == "/image_raw"), "pictures, too");
+    assert!(bytes == std::fs::read(&second).unwrap());
+}
+
+#[test]
 fn what_was_not_recorded_is_not_made_up() {
     let path = file("glance.mcap");
     let world = highway();
@@ -133,6 +149,33 @@ fn a_foreign_file_is_refused() {
     let path = file("empty.mcap");
     Tape::create(&path, highway().spec()).unwrap().finish().unwrap();
     assert!(matches!(Replay::open(&path), Err(TapeError::Foreign(_))));
+}
+
+#[test]
+fn a_damaged_recording_is_refused_wherever_a_byte_is_wrong_and_never_panics() {
+    let path = file("damaged.mcap");
+    let tape = Tape::create(&path, highway().spec()).unwrap();
+    let mut recorder = Recorder::new(highway(), tape.clone());
+    recorder.reset(1).unwrap();
+    recorder.sense(6, &mut [0.0; 8]).unwrap();
+    recorder.step(2).unwrap();
+    tape.finish().unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    let (mut refused, mut tried) = (0, 0);
+    for at in (0..whole.len()).step_by(3) {
+        for flipped in [0x01, 0x80, 0xFF] {
+            let mut bytes = whole.clone();
+            bytes[at] ^= flipped;
+            // Behind the data stands only what seeking needs.
+            refused += usize::from(Replay::of(&bytes).is_err());
+            tried += 1;
+            // Without the checksums, as whoever forges a file would set them.
+            bytes[at] = flipped;
+            let _ = metal_recording::tape::index(&bytes);
+        }
+        assert!(Replay::of(&whole[..at]).is_err(), "cut at {at}");
+    }
+    assert!(refused > tried * 3 / 4, "{refused} of {tried}");
 }
 
 #[test]

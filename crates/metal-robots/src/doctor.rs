@@ -118,7 +118,7 @@ fn asked<T>(
     let times = TIMES as f64;
     let ms = 1000.0 * start.elapsed().as_secs_f64() / times;
     let bytes = body.meter().since(&before).bytes() as f64 / times;
-    Ok((answers, format!("{bytes:.0} bytes and {ms:.1} ms a look")))
+    Ok((answers, format!("{bytes:.0} bytes and {ms:.2} ms a look")))
 }
 
 fn ring(body: &mut dyn Body, calibration: &Calibration) -> Check {

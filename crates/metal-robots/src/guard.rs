@@ -2,7 +2,8 @@
 //!
 //! The wheels stop on any error, when the guard is dropped (so also when a panic unwinds), when the emergency stop is
 //! pressed (Ctrl-C), when the link is lost (as soon as it is back; see each body for what a robot does alone), and when
-//! no command came for [`SILENCE`]. No command exceeds the limits of speed and acceleration.
+//! no command came for [`SILENCE`]. A stop waits for the answer that is on its way, if there is one: two cannot talk on a
+//! line at once. No command exceeds the limits of speed and acceleration.
 
 use crate::body::{Body, Wheels};
 use crate::error::BodyError;
@@ -68,6 +69,11 @@ impl Guarded {
         self.commanded = Instant::now();
         self.fastest_mps = wheels.fastest_mps();
         self.body.drive(wheels)
+    }
+
+    /// Whether the wheels turn, and nobody commanded them for too long.
+    fn left_alone(&self) -> bool {
+        self.turning && self.commanded.elapsed() >= SILENCE
     }
 
     /// Stops the wheels. Tried twice: the first attempt may find out that the link is gone.
@@ -162,7 +168,13 @@ impl Guard {
     /// # Errors
     /// What `ask` fails with, or that the emergency stop is pressed.
     pub fn with<T>(&self, ask: impl FnOnce(&mut dyn Body) -> Result<T, BodyError>) -> Result<T, BodyError> {
-        self.with_state(|state| ask(state.body.as_mut()))
+        self.with_state(|state| {
+            // Whoever asks without a pause never lets the watchdog at the body.
+            if state.left_alone() {
+                state.stop()?;
+            }
+            ask(state.body.as_mut())
+        })
     }
 
     fn with_state<T>(&self, ask: impl FnOnce(&mut Guarded) -> Result<T, BodyError>) -> Result<T, BodyError> {
@@ -195,7 +207,7 @@ fn lock(shared: &Mutex<Guarded>) -> MutexGuard<'_, Guarded> {
 fn watch(shared: &Mutex<Guarded>, emergency: &Emergency, ended: &Receiver<()>) {
     while ended.recv_timeout(ROUND) == Err(RecvTimeoutError::Timeout) {
         let mut state = lock(shared);
-        if state.turning && (emergency.pressed() || state.commanded.elapsed() >= SILENCE) {
+        if state.left_alone() || (state.turning && emergency.pressed()) {
             let _ = state.stop();
         }
     }

@@ -9,6 +9,7 @@ use metal_robots::bodies::epuck1::Options;
 use metal_robots::bodies::{Epuck1, Epuck2, Webots};
 use metal_robots::link::{serial, tcp};
 use metal_robots::serve::look_into;
+use metal_robots::webots::Release;
 use metal_robots::{Body, Calibration, Emergency, Guard, Limits, RobotConfig, RobotEnvironment, Wheels};
 use metal_worlds::highway::camera::{Region, Window};
 use metal_worlds::highway::kinematics::{ACTION_SECS, advance};
@@ -156,24 +157,78 @@ fn one_region_of_a_cropping_body_costs_a_part_of_the_picture() {
 }
 
 #[test]
-fn in_webots_the_supervisor_places_judges_and_advises() {
-    let server = webots_server(arena(Scenario::Mix));
-    let body = Webots::connect(tcp::opener(server.address.clone()), patience(), None).unwrap();
-    assert_eq!(body.robot().unwrap().devices.len(), 36);
-    let mut world = environment(&server, Box::new(body));
-    let mut total = 0.0;
-    for seed in 0..2 {
-        world.reset(seed).unwrap();
-        let streams = metal_rl::random::Streams::new(seed).child("highway");
-        let start = Scenario::Mix.start(look_into(&server.arena).ground().road(), &streams);
-        assert!(learner(&server).distance_m(&start.learner) < 1e-12);
-        for _ in 0..10 {
-            let advice = world.advise().expect("a supervisor knows enough to advise");
-            total += world.step(advice).unwrap().motor_reward;
+fn in_both_releases_of_webots_the_supervisor_places_judges_and_advises() {
+    for release in [Release::R2023b, Release::R2025a] {
+        let server = webots_server_as(release, arena(Scenario::Mix));
+        let body = Webots::connect(tcp::opener(server.address.clone()), patience(), None).unwrap();
+        let robot = body.robot().unwrap();
+        assert_eq!((robot.devices.len(), robot.release), (36, release), "by the version text");
+        let mut world = environment(&server, Box::new(body));
+        let mut total = 0.0;
+        for seed in 0..2 {
+            world.reset(seed).unwrap();
+            let streams = metal_rl::random::Streams::new(seed).child("highway");
+            let start = Scenario::Mix.start(look_into(&server.arena).ground().road(), &streams);
+            assert!(learner(&server).distance_m(&start.learner) < 1e-12);
+            for _ in 0..10 {
+                world.sense(0, &mut [0.0; 4]).unwrap();
+                world.sense(6, &mut [0.0; 8]).unwrap();
+                let advice = world.advise().expect("a supervisor knows enough to advise");
+                total += world.step(advice).unwrap().motor_reward;
+            }
+            assert_eq!(world.measures()[0].to_bits(), learner(&server).x_m.to_bits());
         }
-        assert_eq!(world.measures()[0].to_bits(), learner(&server).x_m.to_bits());
+        assert!(total > -300.0 && total <= 0.0, "the expert drives decently: {total}");
     }
-    assert!(total > -300.0 && total <= 0.0, "the expert drives decently: {total}");
+}
+
+#[test]
+fn a_body_and_the_simulators_colour_path_find_the_same_classes_in_the_same_place() {
+    use metal_worlds::highway::classify::ColourThresholds;
+    use metal_worlds::highway::{Highway, Pixels, RgbConfig, Steering};
+    // Whatever the thresholds are: both go through the one classification.
+    let greedy = ColourThresholds { white_from: 0.1, red_within_deg: 100.0, ..ColourThresholds::default() };
+    for thresholds in [ColourThresholds::default(), greedy] {
+        let server = webots_server(arena(Scenario::Mix));
+        let body = Webots::connect(tcp::opener(server.address.clone()), patience(), None).unwrap();
+        let calibration = Calibration { colours: thresholds, infrared: body.infrared_scale() };
+        let guard = Guard::new(Box::new(body), Limits::default(), Emergency::default()).unwrap();
+        let highway = HighwayConfig::new(RoadSet::Seeds(vec![1]), Scenario::Mix);
+        let pixels = Pixels::Rgb(RgbConfig { thresholds, ..RgbConfig::default() });
+        let mut simulated = Highway::new(HighwayConfig { pixels, ..highway.clone() }, Steering::Scripted);
+        let grounds = Some(RoadSet::Seeds(vec![1]).build());
+        let mut embodied =
+            RobotEnvironment::new(guard, RobotConfig { highway, calibration, grounds }).unwrap();
+        for seed in 0..6 {
+            embodied.reset(seed).unwrap();
+            simulated.reset(seed).unwrap();
+            for region in 0..6 {
+                let (mut ours, mut theirs) = ([0.0; 4], [0.0; 4]);
+                embodied.sense(region, &mut ours).unwrap();
+                simulated.sense(region, &mut theirs).unwrap();
+                assert!(ours.iter().zip(theirs).all(|(a, b)| (a - b).abs() < 1e-12), "{ours:?} {theirs:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn where_nothing_is_near_every_ring_reads_the_same_after_its_own_normalisation() {
+    let world = || arena(Scenario::FreeRoad);
+    let (a, b, c) = (epuck2_server(world()), epuck_server(world(), None), webots_server(world()));
+    let epuck2 = Epuck2::connect(tcp::opener(a.address.clone()), patience()).unwrap();
+    let epuck = Epuck1::connect(serial::opener(b.address.clone()), patience(), Options::default()).unwrap();
+    let webots = Webots::connect(tcp::opener(c.address.clone()), patience(), None).unwrap();
+    let bodies: [(f64, Box<dyn Body>); 3] =
+        [(0.0, Box::new(epuck2)), (0.0, Box::new(epuck)), (67.0, Box::new(webots))];
+    for (idle, mut body) in bodies {
+        let name = body.name().to_owned();
+        let raw = body.proximity().unwrap();
+        // Its own level, and 4.9 % noise of Webots' law.
+        assert!(raw.iter().all(|r| (r - idle).abs() < 20.0), "{name}: {raw:?}");
+        let seen = Calibration::of(body.infrared_scale()).infrared(raw);
+        assert!(seen.iter().all(|s| (67.0..87.0).contains(s)), "{name}: {seen:?}");
+    }
 }
 
 #[test]

@@ -29,6 +29,14 @@ impl Dummy {
         *self.commands().last().unwrap()
     }
 
+    fn stopped_within(&self, most: Duration) -> bool {
+        let start = Instant::now();
+        while self.last() != Wheels::STILL && start.elapsed() < most {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        self.last() == Wheels::STILL
+    }
+
     fn guarded(&self, limits: Limits, emergency: &Emergency) -> Guard {
         Guard::new(Box::new(self.clone()), limits, emergency.clone()).unwrap()
     }
@@ -67,11 +75,14 @@ impl Body for Dummy {
     }
 
     fn picture(&mut self, _: Window) -> Result<Picture, BodyError> {
-        assert!(!self.0.lock().unwrap().broken, "the camera fell off");
+        let broken = self.0.lock().unwrap().broken;
+        assert!(!broken, "the camera fell off");
         Err(BodyError::Silent(Duration::from_secs(1)))
     }
 
+    /// As slow as a picture on a serial line.
     fn proximity(&mut self) -> Result<[f64; INFRARED], BodyError> {
+        std::thread::sleep(Duration::from_millis(40));
         Ok([0.0; INFRARED])
     }
 
@@ -120,13 +131,26 @@ fn a_panic_stops_even_in_the_body_itself() {
     let (dummy, _, guard) = setup();
     guard.command(SLOW).unwrap();
     dummy.0.lock().unwrap().broken = true;
-    let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        // The assertion inside poisons the dummy's own lock as well: give it a fresh one to be stopped through.
-        let _ = guard.with(|_| -> Result<(), BodyError> { panic!("in the middle of an exchange") });
-    }));
-    assert!(panicked.is_err());
-    drop(guard);
+    let panicked = std::thread::spawn(move || drop(guard.with(|body| body.picture(Window::WHOLE)))).join();
+    assert!(panicked.is_err(), "it unwound with the body locked");
     assert_eq!(dummy.last(), Wheels::STILL);
+}
+
+#[test]
+fn a_panic_elsewhere_stops_after_the_silence() {
+    let (dummy, _, guard) = setup();
+    let guard = Arc::new(guard);
+    let driver = Arc::clone(&guard);
+    let start = Instant::now();
+    let panicked = std::thread::spawn(move || {
+        driver.command(SLOW).unwrap();
+        panic!("the driver is gone, and somebody else still holds the guard");
+    })
+    .join();
+    assert!(panicked.is_err());
+    assert_eq!(dummy.last(), SLOW);
+    assert!(dummy.stopped_within(Duration::from_secs(3)));
+    assert!(start.elapsed() >= Duration::from_millis(500));
 }
 
 #[test]
@@ -172,11 +196,21 @@ fn silence_of_half_a_second_stops_and_less_does_not() {
     guard.command(SLOW).unwrap();
     std::thread::sleep(Duration::from_millis(250));
     assert_eq!(dummy.last(), SLOW, "a quarter of a second is no silence");
+    assert!(dummy.stopped_within(Duration::from_secs(3)));
+    assert!((Duration::from_millis(500)..Duration::from_secs(1)).contains(&start.elapsed()));
+}
+
+#[test]
+fn whoever_looks_without_a_pause_is_stopped_after_the_silence_all_the_same() {
+    let (dummy, _, guard) = setup();
+    guard.command(SLOW).unwrap();
+    let start = Instant::now();
     while dummy.last() == SLOW && start.elapsed() < Duration::from_secs(3) {
-        std::thread::sleep(Duration::from_millis(5));
+        guard.with(|body| body.proximity()).unwrap();
     }
     assert_eq!(dummy.last(), Wheels::STILL);
     assert!((Duration::from_millis(500)..Duration::from_secs(1)).contains(&start.elapsed()));
+    assert_eq!(dummy.commands().len(), 3, "still, slow, still: nobody stopped it more often than needed");
 }
 
 #[test]

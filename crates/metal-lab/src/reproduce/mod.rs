@@ -178,6 +178,22 @@ fn course(plan: &Plan, seeds: usize, scenario: &str) -> Course {
     Course { scenario: scenario.to_owned(), roads: Roads::Training, runs }
 }
 
+/// Everything that every policy is tested on: each scenario on each kind of road, shared among `seeds` trainings.
+#[must_use]
+pub fn courses(plan: &Plan, seeds: usize) -> Vec<Course> {
+    let roads = plan.file.environment.road_sets();
+    let scenarios = plan.scenarios();
+    let on = |r: &Roads, s: &str| course_on(plan, seeds, (s, r));
+    roads.iter().flat_map(|r| scenarios.iter().map(move |s| on(r, s))).collect()
+}
+
+fn course_on(plan: &Plan, seeds: usize, (scenario, roads): (&str, &Roads)) -> Course {
+    let whole = course(plan, seeds, scenario);
+    // Further roads only have to show that nothing was learned by heart: half the runs do.
+    let runs = if *roads == Roads::Training { whole.runs } else { whole.runs.div_ceil(2) };
+    Course { roads: roads.clone(), runs, ..whole }
+}
+
 /// What every part of the experiment needs.
 struct Desk<'a> {
     plan: &'a Plan,
@@ -202,25 +218,12 @@ impl Desk<'_> {
         seeds.map(train).collect()
     }
 
-    fn course(&self, scenario: &str, roads: &Roads) -> Course {
-        let whole = course(self.plan, self.options.seeds, scenario);
-        // Further roads only have to show that nothing was learned by heart: half the runs do.
-        let runs = if *roads == Roads::Training { whole.runs } else { whole.runs.div_ceil(2) };
-        Course { roads: roads.clone(), runs, ..whole }
-    }
-
     fn blind(&self, trained: &BTreeMap<String, Trained>) -> Result<usize, RunError> {
         let Some(any) = trained.values().next() else { return Ok(0) };
-        let course = self.course(&self.plan.file.environment.training_scenario(), &Roads::Validation);
+        let scenario = self.plan.file.environment.training_scenario();
+        let course = course_on(self.plan, self.options.seeds, (&scenario, &Roads::Validation));
         let (streams, progress) = (self.streams.child("blind"), self.ledger.progress());
         self.ledger.once("blind", || best_blind_action(self.plan, &any.mind, &course, &streams, progress))
-    }
-
-    /// Every scenario on every kind of road.
-    fn courses(&self) -> Vec<Course> {
-        let roads = self.plan.file.environment.road_sets();
-        let scenarios = self.plan.scenarios();
-        roads.iter().flat_map(|r| scenarios.iter().map(move |s| self.course(s, r))).collect()
     }
 
     fn test_policies(&self, trained: &[BTreeMap<String, Trained>], blind: usize) -> Result<Tables, RunError> {
@@ -246,7 +249,7 @@ impl Desk<'_> {
         name: &str,
         candidate: impl Fn(usize) -> Candidate<'c> + Sync,
     ) -> Result<(), RunError> {
-        for course in self.courses() {
+        for course in courses(self.plan, self.options.seeds) {
             let seeds = (0..self.options.seeds).into_par_iter();
             let roads = roads_name(&course.roads);
             let (ledger, progress) = (self.ledger.chapter("test"), self.ledger.progress());

@@ -82,11 +82,9 @@ impl OnLine for Epuck2 {
     }
 
     fn enter(&mut self) -> Result<(), BodyError> {
-        let speeds = std::mem::take(&mut self.speeds);
-        self.ask_once(Wanted::default())?;
-        // What was to be said when the line broke is said next.
-        self.speeds = speeds;
-        Ok(())
+        // Speeds go with every command: whoever only looks, after a loss, must not set the wheels going again.
+        self.speeds = [0; 2];
+        self.ask_once(Wanted::default()).map(|_| ())
     }
 }
 
@@ -112,8 +110,11 @@ impl Body for Epuck2 {
     }
 
     fn drive(&mut self, wheels: Wheels) -> Result<(), BodyError> {
-        self.speeds = real::steps(wheels, MOST_STEPS);
-        self.ask(Wanted::default()).map(|_| ())
+        let speeds = real::steps(wheels, MOST_STEPS);
+        self.persist(|robot| {
+            robot.speeds = speeds;
+            robot.ask_once(Wanted::default()).map(|_| ())
+        })
     }
 
     fn pass(&mut self, secs: f64) -> Result<(), BodyError> {

@@ -6,6 +6,7 @@ use metal_robots::Emergency;
 use metal_robots::arena::{Arena, ArenaConfig, Traffic};
 use metal_robots::link::Patience;
 use metal_robots::serve::{Shared, epuck2, look_into, webots};
+use metal_robots::webots::Release;
 use metal_worlds::highway::{Pose, RgbConfig, RoadSet, Scenario};
 use std::net::TcpListener;
 use std::sync::{Arc, Mutex};
@@ -62,9 +63,13 @@ pub fn epuck2_server(arena: Arena) -> Server {
 }
 
 pub fn webots_server(arena: Arena) -> Server {
+    webots_server_as(Release::R2023b, arena)
+}
+
+pub fn webots_server_as(release: Release, arena: Arena) -> Server {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
-    start(arena, address, move |arena, end| webots::serve(&listener, &arena, &end).unwrap())
+    start(arena, address, move |arena, end| webots::serve_as(release, &listener, &arena, &end).unwrap())
 }
 
 #[cfg(feature = "serial")]

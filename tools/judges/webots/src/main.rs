@@ -1,14 +1,16 @@
 //! The real libController of Webots R2023b drives 200 steps in our server, with motors, camera, eight infra-red sensors,
 //! wheel encoders and supervisor calls. After every step it must have seen exactly what the world shows, and a client of
-//! our own protocol modules, doing the same in a second world, must have seen the same pictures and readings as well.
-//! Poses of the second world are looked up, not read over the wire; `crates/metal-robots/tests/bodies.rs` reads them.
+//! our own protocol modules, doing the same in a second world, must have seen the same pictures, readings and poses.
 
 use metal_robots::arena::{Arena, ArenaConfig, Traffic};
 use metal_robots::bytes::Writer;
 use metal_robots::serve::{Shared, look_into, webots as server};
 use metal_robots::webots::frame::{Answer, Request, hello};
 use metal_robots::webots::news::{self, News};
+use metal_robots::webots::order::Order;
 use metal_robots::webots::robot::Robot;
+use metal_robots::webots::supervisor::{Fact, Wish};
+use metal_robots::webots::{ROBOT, Release};
 use metal_robots::{Emergency, Picture};
 use metal_worlds::highway::{Pose, RgbConfig, RoadSet, Scenario};
 use std::ffi::{CStr, CString};
@@ -155,6 +157,7 @@ fn node(def: &str) -> wb::WbNodeRef {
 struct Ours {
     stream: TcpStream,
     robot: Robot,
+    learner: u32,
 }
 
 impl Ours {
@@ -164,7 +167,21 @@ impl Ours {
         stream.read_exact(&mut [0; 9]).expect("a welcome");
         let answer = ask(&mut stream, &Request::default());
         let (robot, _) = Robot::decode(&answer.news).expect("a robot");
-        Self { stream, robot }
+        let mut ours = Self { stream, robot, learner: 0 };
+        let wish = Wish::NodeByDef("LEARNER".to_owned());
+        let answer = ask(&mut ours.stream, &Request { step_ms: 0, orders: vec![supervise(wish)] });
+        let mut found = 0;
+        ours.hear(&answer, |n| {
+            if let News::Fact(Fact::NodeByDef(node)) = n {
+                found = node.uid;
+            }
+        });
+        ours.learner = u32::try_from(found).expect("a number that is not negative");
+        ours
+    }
+
+    fn hear(&self, answer: &Answer, heard: impl FnMut(News)) {
+        news::read_all(&self.robot, &answer.news, heard).expect("news that mean something");
     }
 
     fn tag(&self, name: &str) -> u16 {
@@ -187,10 +204,10 @@ impl Ours {
             orders.push((self.tag(name), velocity.into_bytes()));
         }
         let answer = ask(&mut self.stream, &Request { step_ms: STEP_MS as u32, orders });
-        let (mut ring, mut encoders) = ([0.0; 8], [0.0; 2]);
+        let (mut ring, mut encoders, mut place) = ([0.0; 8], [0.0; 2], [0.0; 3]);
         let first = self.tag("ps0");
         let left = self.tag("left wheel sensor");
-        news::read_all(&self.robot, &answer.news, |n| {
+        self.hear(&answer, |n| {
             if let News::Reading(tag, value) = n {
                 match tag {
                     t if (first..first + 8).contains(&t) => ring[usize::from(t - first)] = value,
@@ -198,10 +215,24 @@ impl Ours {
                     _ => encoders[1] = value,
                 }
             }
-        })
-        .expect("news that mean something");
-        Seen { picture: answer.images[0].bgra.clone(), ring, encoders, place: [0.0; 3] }
+        });
+        // As libController: a question for itself, once time has passed.
+        let orders = vec![supervise(Wish::Position(self.learner))];
+        let asked = ask(&mut self.stream, &Request { step_ms: 0, orders });
+        self.hear(&asked, |n| {
+            if let News::Fact(Fact::Position(found)) = n {
+                place = found;
+            }
+        });
+        Seen { picture: answer.images[0].bgra.clone(), ring, encoders, place }
     }
+}
+
+/// A supervisor's wish as an order to the robot.
+fn supervise(wish: Wish) -> (u16, Vec<u8>) {
+    let mut payload = Writer::new();
+    Order::Wish(wish).write(Release::R2023b, &mut payload);
+    (ROBOT, payload.into_bytes())
 }
 
 fn ask(stream: &mut TcpStream, request: &Request) -> Answer {
@@ -232,7 +263,7 @@ fn main() {
             shown(&theirs),
             "step {step}: libController saw something else than the world shows"
         );
-        let own = Seen { place: shown(&ours).place, ..own };
+        assert_eq!(own, shown(&ours), "step {step}: our client saw something else than its world shows");
         assert_eq!(seen, own, "step {step}: libController and our client saw different worlds");
     }
     let secs = start.elapsed().as_secs_f64();

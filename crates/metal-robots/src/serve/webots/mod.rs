@@ -1,5 +1,5 @@
-//! `metal serve webots`: Webots' side of the language of external controllers (the layouts of R2023b), so that any
-//! controller for an E-puck in Webots can drive on our highway, in C, C++, Python or Rust.
+//! `metal serve webots`: Webots' side of the language of external controllers (the layouts of R2023b, or of R2025a), so
+//! that any controller for an E-puck in Webots can drive on our highway, in C, C++, Python or Rust.
 //!
 //! The simulation waits for its controller: time passes only in its steps.
 
@@ -37,14 +37,23 @@ const FASTEST_RADPS: f64 = WHEEL_LIMIT_MPS / WHEEL_RADIUS_M;
 /// Node type of a robot.
 const ROBOT_TYPE: i32 = 34;
 
-/// Serves one controller after the other until `end` is pressed.
+/// Serves one controller after the other until `end` is pressed, in the language of R2023b, for which there is a library
+/// of other people that can be built without Webots.
 ///
 /// # Errors
 /// If nobody can be accepted any more.
 pub fn serve(listener: &TcpListener, arena: &Shared, end: &Emergency) -> io::Result<()> {
+    serve_as(Release::R2023b, listener, arena, end)
+}
+
+/// As [`serve`], in the language of any release that is known.
+///
+/// # Errors
+/// If nobody can be accepted any more.
+pub fn serve_as(release: Release, listener: &TcpListener, arena: &Shared, end: &Emergency) -> io::Result<()> {
     while let Some(stream) = wait_for_somebody(listener, end)? {
         // A controller that breaks off is no reason to end.
-        let _ = Session::new(arena).talk(stream, end);
+        let _ = Session::new(arena, release).talk(stream, end);
         look_into(arena).drive(Wheels::STILL);
     }
     Ok(())
@@ -67,8 +76,8 @@ struct Reply {
 }
 
 impl<'a> Session<'a> {
-    fn new(arena: &'a Shared) -> Self {
-        let robot = robot::robot(&look_into(arena));
+    fn new(arena: &'a Shared, release: Release) -> Self {
+        let robot = Robot { release, ..robot::robot(&look_into(arena)) };
         let slots = robot.devices.len() + 1;
         let (periods_ms, next_ms) = (vec![0; slots], vec![0; slots]);
         Self { arena, robot, periods_ms, next_ms, tracked: Vec::new(), described: false }
@@ -146,7 +155,7 @@ impl<'a> Session<'a> {
             if kind.is_none() && *tag != ROBOT {
                 return Err(io::Error::new(io::ErrorKind::InvalidData, format!("no device has tag {tag}")));
             }
-            let orders = order::read_all(kind, Release::R2023b, payload);
+            let orders = order::read_all(kind, self.robot.release, payload);
             for order in orders.map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e))? {
                 self.carry_out((*tag, order), &mut arena, &mut reply);
             }
@@ -178,7 +187,7 @@ impl<'a> Session<'a> {
             }
             Order::Wish(wish) => {
                 if let Some(fact) = self.grant(wish, arena) {
-                    write_fact(&fact, Release::R2023b, &mut reply.news);
+                    write_fact(&fact, self.robot.release, &mut reply.news);
                 }
             }
             Order::Leave => reply.leaves = true,
@@ -206,7 +215,7 @@ impl<'a> Session<'a> {
         }
         for &[from, to] in &self.tracked {
             if let Some(fact) = pose_fact([from, to], arena) {
-                write_fact(&fact, Release::R2023b, news);
+                write_fact(&fact, self.robot.release, news);
             }
         }
         images

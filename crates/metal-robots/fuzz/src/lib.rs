@@ -1,0 +1,4 @@
+//! The readers of the robots' languages, for cargo-fuzz.
+#![forbid(unsafe_code)]
+
+pub mod targets;

@@ -22,6 +22,8 @@ use std::time::{Duration, Instant};
 
 /// Rounds if no number is given on the command line.
 const ROUNDS: usize = 40;
+/// Episodes of each phase: some two seconds a run, so that beginning and end do not count.
+const EPISODES: usize = 70;
 const ARMS: [&str; 3] = ["alone", "studio, no page", "studio, page at 30 Hz"];
 
 /// One run: seconds of the training thread on a processor, seconds by the clock, frames and bytes at the page.
@@ -90,7 +92,7 @@ fn interval(mut values: Vec<f64>) -> [f64; 3] {
 
 fn plan() -> Plan {
     let mut file = paper().unwrap().file;
-    metal_lab::reproduce::quick::cut(&mut file, 10, 60);
+    metal_lab::reproduce::quick::cut(&mut file, EPISODES, 200);
     let kept = ["demonstration", "fusion", "attention"];
     file.phase.retain(|name, _| kept.contains(&name.as_str()));
     file.policy.retain(|name, _| name == "acl" || name == "oracle");
@@ -112,6 +114,10 @@ fn alone() -> Run {
         best_blind_action(&plan, &newborn, &course, &Streams::new(1).child("blind"), &Silent).unwrap();
     };
     let thread = std::thread::Builder::new().name("training".to_owned()).spawn(work).unwrap();
+    // A thread has its name only once it runs.
+    while training_thread().is_none() {
+        std::thread::yield_now();
+    }
     let run = clocked();
     thread.join().unwrap();
     run

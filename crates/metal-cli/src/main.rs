@@ -7,6 +7,7 @@ mod bar;
 mod check;
 mod commands;
 mod faults;
+mod learn_on;
 mod robots;
 mod table;
 mod transfer;

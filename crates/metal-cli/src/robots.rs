@@ -2,6 +2,7 @@
 
 use crate::args::Studio;
 use crate::commands::{keep_clear, say};
+use crate::learn_on::Pupil;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, Subcommand, ValueEnum};
 use metal_lab::evaluate::{Candidate, drive};
@@ -40,6 +41,7 @@ Examples:
   metal drive --robot epuck2://192.168.1.10 --run runs/reproduce
   metal drive --robot epuck:///dev/rfcomm0?crop --run runs/reproduce --calibration room.toml
   metal drive --robot webots://localhost:1234/learner --run runs/reproduce --road-seed 1 --episodes 5
+  metal drive --robot webots://localhost --run runs/reproduce --road-seed 1 --episodes 50 --learn runs/webots
   metal drive --robot webots://localhost --road-seed 1 --demonstrate --episodes 20 --record shown.mcap
 
 Ctrl-C stops the wheels at once. Keep the robot within reach.";
@@ -160,10 +162,13 @@ pub struct Drive {
     /// Motor steps of an episode
     #[arg(long, default_value_t = 50, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     steps: u32,
+    /// Learn on while driving, as the policy's phase ended, and write the run with the new mind to this folder
+    #[arg(long, value_name = "FOLDER", conflicts_with = "demonstrate")]
+    learn: Option<PathBuf>,
     /// Write what is seen, attended to, believed, done and paid to this file (MCAP, for Foxglove and ROS 2 tools)
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Replace a recording that is there
+    /// Replace a recording, or a run of --learn, that is there
     #[arg(long)]
     force: bool,
     /// The body is on the road grown from this seed, and a supervisor may place and judge it
@@ -336,7 +341,7 @@ impl Observer for Log<'_> {
 }
 
 pub fn go(request: &Drive) -> anyhow::Result<()> {
-    request.record.iter().try_for_each(|path| keep_clear(path, request.force))?;
+    request.record.iter().chain(&request.learn).try_for_each(|path| keep_clear(path, request.force))?;
     match &request.run {
         Some(folder) => go_with(folder, request),
         None => demonstrate(request),
@@ -373,7 +378,9 @@ fn go_with(folder: &Path, request: &Drive) -> anyhow::Result<()> {
     let rest = (request.episodes, &Streams::new(card.seed).child("drive"));
     let environment = recorded(request, environment, |world, tape| {
         log.beliefs = tape.map(Beliefs);
-        Ok(drive(&candidate, world, rest, &mut log)?)
+        let Some(out) = &request.learn else { return Ok(drive(&candidate, world, rest, &mut log)?) };
+        let pupil = Pupil { store: &store, plan: &plan, card: &card, seed: request.mind, phase };
+        pupil.learn_on((&mind, world), rest, &mut log, out)
     })?;
     say(&summary(&log, &environment))
 }

@@ -38,18 +38,36 @@ fn serve(arguments: &[&str]) -> Server {
 /// A mind with next to no training, made once.
 fn mind() -> &'static str {
     static FOLDER: OnceLock<String> = OnceLock::new();
-    FOLDER.get_or_init(|| {
-        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("driver");
-        let plan = folder.with_extension("toml");
-        std::fs::write(&plan, PLAN).unwrap();
-        let _ = std::fs::remove_dir_all(&folder);
-        let folder = folder.to_str().unwrap().to_owned();
-        let run = ["run", plan.to_str().unwrap(), "--out", &folder, "--seeds", "1", "--threads", "1"];
-        let output = metal(&run).output().unwrap();
-        assert!(output.status.success(), "{}", text(&output));
-        folder
-    })
+    FOLDER.get_or_init(|| trained("driver", PLAN))
 }
+
+/// The folder of a run of `plan`.
+fn trained(name: &str, plan: &str) -> String {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let file = folder.with_extension("toml");
+    std::fs::write(&file, plan).unwrap();
+    let _ = std::fs::remove_dir_all(&folder);
+    let folder = folder.to_str().unwrap().to_owned();
+    let run = ["run", file.to_str().unwrap(), "--out", &folder, "--seeds", "1", "--threads", "1"];
+    let output = metal(&run).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output));
+    folder
+}
+
+/// A phase more, in which the mind drives itself.
+const DRIVING: &str = r#"
+[phase.driving]
+after = "demonstration"
+roster = ["MN"]
+acting = { solo = "MN" }
+rate = { constant = 0.1 }
+exploration = { random = { from = 0.5, to = 0.3, until = 0.5 } }
+budget = { steps = 20 }
+[policy.driven]
+after = "driving"
+roster = ["MN"]
+acting = { solo = "MN" }
+"#;
 
 /// Two tiny agents, each with its own sensor, fused.
 const PLAN: &str = r#"
@@ -105,6 +123,32 @@ fn a_trained_mind_drives_webots_and_an_epuck2_and_pays_only_for_what_it_looks_at
     let output = metal(&["replay", "drive.mcap"]).output().unwrap();
     assert!(text(&output).contains("Highway-webots"), "{}", text(&output));
     assert_eq!(text(&output).lines().filter(|l| l.contains(" 6 ") && l.ends_with("1.00")).count(), 2);
+}
+
+#[test]
+fn a_mind_learns_on_in_webots_and_drives_with_what_it_learned() {
+    let webots = serve(&["webots", "--bind", "127.0.0.1:0"]);
+    let robot = format!("webots://{}/learner", webots.1);
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("learned-on");
+    let _ = std::fs::remove_dir_all(&folder);
+    let folder = folder.to_str().unwrap();
+    let home = trained("before", &format!("{PLAN}{DRIVING}"));
+    let drive = |run: &str, more: &[&str]| {
+        let drive = ["drive", "--robot", &robot, "--run", run, "--steps", "8", "--road-seed", "1"];
+        let output = metal(&[&drive[..], more].concat()).output().unwrap();
+        (output.status.success(), text(&output))
+    };
+    let (refused, said) = drive(&home, &["--policy", "near", "--learn", folder]);
+    assert!(!refused && said.contains("phase `demonstration` the mind only watches"), "{said}");
+    let learn = ["--policy", "driven", "--episodes", "4", "--learn", folder];
+    let (learned, said) = drive(&home, &learn);
+    assert!(learned, "{said}");
+    let bytes = |run: &str| std::fs::read(PathBuf::from(run).join("minds/seed-0/driving.mind")).unwrap();
+    assert_ne!(bytes(&home), bytes(folder), "thirty steps must leave a trace");
+    let (drives, said) = drive(folder, &["--policy", "driven"]);
+    assert!(drives && said.contains("a look at MN: "), "{said}");
+    let (again, said) = drive(&home, &learn);
+    assert!(!again && said.contains("exists; replace it with --force"), "{said}");
 }
 
 /// Trains the plan of these tests with more arguments, and returns what was said.

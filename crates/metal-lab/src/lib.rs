@@ -15,6 +15,7 @@ pub mod drives;
 pub mod evaluate;
 pub mod faults;
 pub mod finish;
+pub mod learn_on;
 pub mod mind;
 pub mod recorded;
 pub mod reevaluate;

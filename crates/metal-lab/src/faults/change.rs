@@ -1,8 +1,9 @@
 //! The claims of Sec. 6.2 as a table: the world changes, the mind learns on.
 
-use super::comeback::{go_on, learning_on};
+use super::comeback::go_on;
 use super::desk::{Desk, Minds, over};
 use crate::evaluate::Candidate;
+use crate::learn_on::learning_on;
 use crate::mind::Mind;
 use crate::plan::Acting;
 use crate::registry::{EnvironmentConfig, Roads};

@@ -1,14 +1,13 @@
 //! A sensor breaks and is mended while a mind learns on: where does it look?
 
 use super::desk::{Desk, Minds, over};
+use crate::learn_on::learning_on;
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
 use crate::results::Estimate;
 use crate::train::{RunError, Watch, learn_phase};
 use crate::watched::Heard;
-use metal_rl::explore::Schedule;
 use metal_rl::observe::{Observer, Step};
-use metal_rl::phase::Budget;
 use metal_rl::random::Streams;
 use metal_worlds::faulty::{Fault, Faults};
 use serde::{Deserialize, Serialize};
@@ -65,23 +64,6 @@ pub(super) fn follow(desk: &Desk<'_>, minds: &Minds, fault: Fault) -> Result<Opt
     let (sensors, diaries): (Vec<_>, Vec<_>) = desk.per_seed(through)?.into_iter().unzip();
     let blocks = (0..3 * BLOCKS).map(|b| block(&diaries, b, desk.options.lasting)).collect();
     Ok(Some(Comeback { fault: fault.name().to_owned(), policy: policy.to_owned(), sensors, blocks }))
-}
-
-/// The plan in which `phase` goes on as it ended: the exploration of its end, prices in full, so many episodes.
-pub(super) fn learning_on(plan: &Plan, phase: &str, episodes: usize) -> Result<Plan, RunError> {
-    let mut file = plan.file.clone();
-    if let Some(row) = file.phase.get_mut(phase) {
-        row.budget = Budget::Episodes(episodes);
-        row.exploration = match row.exploration {
-            Schedule::Greedy => Schedule::Greedy,
-            Schedule::SoftMax { to, .. } => Schedule::SoftMax { from: to, to, until: 1.0 },
-            Schedule::Random { to, .. } => Schedule::Random { from: to, to, until: 1.0 },
-        };
-    }
-    for row in file.attention.values_mut() {
-        row.settings.price_ramp = 0.0;
-    }
-    Ok(Plan::check(file)?)
 }
 
 /// Lets `mind` learn on in `world` as the plan's phase says.

@@ -7,7 +7,7 @@ use crate::train::{RunError, Watch};
 use metal_rl::counterfactual::judge::Verdict;
 use metal_rl::counterfactual::sight::Sight;
 use metal_rl::counterfactual::{
-    CounterfactualConfig, CounterfactualError, Graduate, RollOuts, School, Workers, iterate,
+    CounterfactualConfig, CounterfactualError, Graduate, School, Workers, iterate,
 };
 use metal_rl::phase::Phase;
 use metal_rl::random::Streams;
@@ -30,7 +30,7 @@ pub(crate) fn teach(
         members: &mut mind.members,
         roster: phase.roster.iter().collect(),
         scaling: plan.file.scaling,
-        judge: &RollOuts { workers: &Pool },
+        workers: &Pool,
         interrupted: &|| progress.interrupted(),
     };
     iterate(&mut school, config, phase, streams, observer).map_err(RunError::from)

@@ -9,8 +9,10 @@ use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;
 use metal_lab::registry::Roads;
 use metal_lab::reproduce::subsets::{Rival, name, screen, screened_count, subset_plan};
-use metal_lab::train::{Trained, train_seed};
+use metal_lab::trace::{Trace, Watcher};
+use metal_lab::train::{RunError, Trained, Watch, learn_phase, train_seed};
 use metal_lab::{experiments, mind::FrozenMind};
+use metal_rl::counterfactual::Iterate;
 use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use metal_rl::observe::{Observer, Step};
 use metal_rl::random::Streams;
@@ -152,9 +154,7 @@ fn threads_change_nothing_and_a_frozen_student_goes_on() {
     assert!(Mind::thaw(&other, &one).is_err(), "settings are part of a student");
 }
 
-#[test]
-fn the_maze_is_left_by_the_shortest_way_with_both_looks() {
-    let text = "title = \"maze\"
+const MAZE: &str = "title = \"maze\"
 [environment.maze]
 [learner.plain.tile]
 [member.X]
@@ -183,7 +183,66 @@ budget = { steps = 3000 }
 after = \"attention\"
 roster = [\"X\", \"Y\"]
 acting = { attention = \"acl\" }";
-    let plan = plan::parse(text, &[]).unwrap();
+
+/// A world of which nobody has a second one.
+struct Unique(Box<dyn Environment>);
+
+impl Environment for Unique {
+    fn spec(&self) -> &EnvironmentSpec {
+        self.0.spec()
+    }
+    fn reset(&mut self, seed: u64) -> Result<(), EnvironmentError> {
+        self.0.reset(seed)
+    }
+    fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
+        self.0.sense(sensor, out)
+    }
+    fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError> {
+        self.0.step(action)
+    }
+    fn measures(&self) -> &[f64] {
+        self.0.measures()
+    }
+}
+
+/// The maze learned where nothing can be copied: the mind, its diary, or why not.
+fn learned_without_copies(plan: &Plan) -> Result<(Mind, Vec<Iterate>), RunError> {
+    let streams = Streams::new(1);
+    let mut mind = Mind::newborn(plan, &streams).unwrap();
+    let mut world = Unique(plan.file.environment.build().unwrap());
+    let observer = &mut Watcher { trace: Trace::new(&plan.spec), progress: &Silent };
+    let watch = Watch { environment: &mut world, observer, ear: &mut |_| {}, progress: &Silent };
+    let diary = learn_phase(plan, "attention", &mut mind, &streams, watch)?;
+    Ok((mind, diary))
+}
+
+#[test]
+fn a_critic_finds_the_shortest_way_where_nothing_can_be_copied() {
+    let without = plan::parse(MAZE, &[]).unwrap();
+    let refused = learned_without_copies(&without).err().unwrap().to_string();
+    assert!(refused.contains("cannot be copied") && refused.contains("`judge`"), "{refused}");
+    // What is far away counts less: policies are evaluated one step at a time, not twelve.
+    let judge = "judge = { critic = { batches = 800 } }\niterations = 10\nwide_eyed = 3\nfirst_drives = 0\n";
+    let text = MAZE
+        .replace("iterations = 6\n", judge)
+        .replace("gamma = 0.97", "gamma = 0.9")
+        .replace("batches = 400, ", "batches = 1000, unit = \"mean_absolute\", ")
+        .replace("steps = 3000", "steps = 6000");
+    let plan = plan::parse(&text, &[]).unwrap();
+    let (mind, diary) = learned_without_copies(&plan).unwrap();
+    let (total, looks) = tested(&plan, &mind, 200);
+    assert!(total >= -1.25, "{total} per step with {looks} looks");
+    assert!(diary.iter().all(|i| i.rolled_steps == 0));
+    let short = text.replace("batches = 800", "batches = 30").replace("batches = 1000", "batches = 30");
+    let short = plan::parse(&short.replace("steps = 6000", "steps = 600"), &[]).unwrap();
+    let roster = BTreeMap::from([("acl".to_owned(), vec!["X".to_owned(), "Y".to_owned()])]);
+    let student = || learned_without_copies(&short).unwrap().0.freeze(&roster);
+    assert_eq!(student(), student(), "the same seed, the same student");
+}
+
+#[test]
+fn the_maze_is_left_by_the_shortest_way_with_both_looks() {
+    let plan = plan::parse(MAZE, &[]).unwrap();
     let trained = trained(&plan, 1);
     let (total, looks) = tested(&plan, &trained.mind, 200);
     // One look at a coordinate tells whether to go on along it: −1 per step and 0.1 to 0.2 for looks.

@@ -51,9 +51,8 @@ pub(super) fn train_subset(
     let steps = ((desk.recipe.steps() as f64 * share) as usize).max(1);
     match &desk.recipe.method {
         AttentionMethod::Counterfactual(config) => {
-            let mut config = config.clone();
             // Fits are most of the work: a share of the budget is a share of them, too.
-            config.fit.batches = ((config.fit.batches as f64 * share) as usize).max(1);
+            let config = config.clone().with_fits(share, usize::MAX);
             teach(desk, (&config, sensors), steps, streams)
         }
         AttentionMethod::Auto | AttentionMethod::Values(_) => {

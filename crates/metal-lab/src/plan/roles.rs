@@ -5,7 +5,7 @@ use super::error::PlanError;
 use super::file::{Acting, AttentionFile, PhaseFile, PolicyFile, SubsetsFile};
 use super::limits::{self, unknown};
 use super::rival::Rival;
-use metal_rl::counterfactual::{CounterfactualConfig, UnknownMember};
+use metal_rl::counterfactual::{CounterfactualConfig, JudgeConfig, UnknownMember};
 use metal_rl::decision::DecisionDims;
 use metal_rl::learner::{Dims, LearnerError};
 use metal_rl::phase::{Sensing, Teaching};
@@ -161,9 +161,12 @@ impl Plan {
             let message = "everyone: looks are for the attention controller to choose; leave it out";
             return Err(PlanError::at(format!("{field}.sensing"), message));
         }
-        let copies = self.file.environment.build().is_ok_and(|world| world.fork().is_some());
-        if !copies {
-            let message = format!("{} cannot be copied, and roll-outs need copies of it", self.spec.id);
+        let copies = || self.file.environment.build().is_ok_and(|world| world.fork().is_some());
+        if config.judge == JudgeConfig::RollOuts && !copies() {
+            let message = format!(
+                "{} cannot be copied, and roll-outs need copies of it; write judge = {{ critic = {{}} }}",
+                self.spec.id
+            );
             return Err(PlanError::at(format!("{field}.acting.attention"), message));
         }
         let refuse = |e: UnknownMember| {

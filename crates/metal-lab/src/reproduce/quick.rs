@@ -26,7 +26,7 @@ pub fn shrink(mut file: PlanFile) -> PlanFile {
 fn shorten_iterations(file: &mut PlanFile) {
     for config in file.attention.values_mut().filter_map(|row| row.counterfactual.as_mut()) {
         config.iterations = config.iterations.min(2);
-        config.fit.batches = config.fit.batches.min(40);
+        *config = config.clone().with_fits(1.0, 40);
         config.validation_runs = config.validation_runs.min(2);
     }
 }

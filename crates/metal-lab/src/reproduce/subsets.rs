@@ -84,7 +84,7 @@ fn same_recipe(
             1 => LookRule::Fixed(members.clone()),
             steps => LookRule::Every { steps, members: members.clone() },
         };
-        config.fit.batches = ((config.fit.batches as f64 * share).round() as usize).max(1);
+        *config = config.clone().with_fits(share, usize::MAX);
     }
     let mut like = file.phase[&rows.like].clone();
     like.budget = Budget::Steps(steps(plan, rows.budget_of.iter(), share));

@@ -6,7 +6,7 @@ use super::mind::{Controller, Learned};
 use super::recipe::Recipe;
 use crate::teach::Pool;
 use crate::train::RunError;
-use metal_rl::counterfactual::{self, Alone, CounterfactualConfig, RollOuts, Workers, iterate};
+use metal_rl::counterfactual::{self, Alone, CounterfactualConfig, Workers, iterate};
 use metal_rl::environment::Environment;
 use metal_rl::learner::Rate;
 use metal_rl::observe::Observer;
@@ -123,7 +123,7 @@ impl School<'_> {
             roster: mind.roster(),
             members: &mut mind.members,
             scaling: mind.recipe.scaling,
-            judge: &RollOuts { workers },
+            workers,
             interrupted: &|| false,
         };
         let streams = self.streams.child("phase").child(&phase.name);

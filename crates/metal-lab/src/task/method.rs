@@ -2,7 +2,9 @@
 
 use super::Task;
 use crate::plan::PlanError;
-use metal_rl::counterfactual::{CounterfactualConfig, FitConfig, LookRule};
+use metal_rl::counterfactual::{
+    CounterfactualConfig, CriticConfig, FitConfig, JudgeConfig, LookRule, MemoryConfig, Unit,
+};
 use metal_rl::environment::Environment;
 use metal_rl::learner::LearnerError;
 use metal_rl::learners::{LearnerConfig, MlpConfig};
@@ -15,12 +17,16 @@ use serde::{Deserialize, Serialize};
 const STEPS_PER_BATCH: usize = 3;
 const FEWEST_BATCHES: usize = 50;
 
+/// Motor steps that pay for an iteration in tasks of many steps, and iterations that everybody has.
+const STEPS_PER_ITERATION: usize = 1000;
+const FEWEST_ITERATIONS: usize = 8;
+
 /// How attention is learned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AttentionMethod {
-    /// What suits the task: counterfactual policy iteration for tasks of one step, such as tables, where a world can be
-    /// copied; the paper's values elsewhere.
+    /// What suits the task: counterfactual policy iteration, by roll-outs in tasks of one step, such as tables, and by a
+    /// critic in tasks of many steps.
     Auto,
     /// The paper's: values of looks and moves, Eqs. (8)-(11).
     Values(ValuesMethod),
@@ -84,14 +90,49 @@ impl AttentionMethod {
         })
     }
 
+    /// Counterfactual policy iteration by a critic, for tasks of many steps and worlds that nobody can copy, in a phase
+    /// of so many motor steps. Settings were chosen on CartPole and the puddle world.
+    #[must_use]
+    pub fn many_steps(steps: usize) -> Self {
+        const ITERATIONS: usize = 40;
+        let iterations = (steps / STEPS_PER_ITERATION).clamp(FEWEST_ITERATIONS, ITERATIONS);
+        let fits =
+            |most: usize| (steps * most / (ITERATIONS * STEPS_PER_ITERATION)).clamp(FEWEST_BATCHES, most);
+        let critic = CriticConfig { batches: fits(3000), ..CriticConfig::default() };
+        Self::Counterfactual(CounterfactualConfig {
+            looks: LookRule::Adaptive { min_looks: 0, max_looks: 10 },
+            judge: JudgeConfig::Critic(critic),
+            memory: MemoryConfig { looks: 1, steps: 8, actions: 1 },
+            iterations,
+            // Whoever cannot drive with open eyes does not know what is worth looking at.
+            wide_eyed: iterations / 10,
+            price_ramp: iterations / 4,
+            // Tasks that are over only when something is reached are not learned in their first steps.
+            first_drives: 0,
+            dismissal: 0.0,
+            validation_runs: 10,
+            fit: FitConfig {
+                batches: fits(5000),
+                looks_per_sample: 1,
+                own_looks: 0.5,
+                unit: Unit::MeanAbsolute,
+                ..FitConfig::default()
+            },
+            ..CounterfactualConfig::default()
+        })
+    }
+
     /// The method itself in place of [`AttentionMethod::Auto`], for a phase of so many motor steps: whoever sees little
-    /// need not fit long. Worlds that may be used by one thread only are somebody else's: roll-outs would read all
-    /// their sensors, which may cost real time.
+    /// need not fit long.
     pub(super) fn for_world(self, task: &dyn Task, world: &dyn Environment, steps: usize) -> Self {
         if self != Self::Auto {
             return self;
         }
-        let rolled_out = world.spec().horizon == 1 && task.is_parallel() && world.fork().is_some();
+        if world.spec().horizon > 1 {
+            return Self::many_steps(steps);
+        }
+        // Worlds that may be used by one thread only are somebody else's: copies of them are not to be trusted.
+        let rolled_out = task.is_parallel() && world.fork().is_some();
         let mut method = if rolled_out { Self::one_step() } else { Self::Values(ValuesMethod::default()) };
         if let Self::Counterfactual(config) = &mut method {
             config.fit.batches = (steps / STEPS_PER_BATCH).clamp(FEWEST_BATCHES, config.fit.batches);

@@ -1,6 +1,7 @@
 //! Settings of counterfactual policy iteration.
 
 use super::gaze::MemoryConfig;
+use super::judge::JudgeConfig;
 use super::rule::LookRule;
 use crate::decision::Content;
 use crate::learner::LearnerError;
@@ -39,6 +40,35 @@ impl Default for NetworkConfig {
     }
 }
 
+/// What advantages are measured in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Unit {
+    /// Their root mean square.
+    #[default]
+    RootMeanSquare,
+    /// Their mean size: a few disasters do not make everything else look alike.
+    MeanAbsolute,
+}
+
+impl Unit {
+    /// What is averaged of `x`.
+    pub(super) fn size(self, x: f64) -> f64 {
+        match self {
+            Self::RootMeanSquare => x * x,
+            Self::MeanAbsolute => x.abs(),
+        }
+    }
+
+    /// The unit by that average.
+    pub(super) fn of(self, mean: f64) -> f64 {
+        match self {
+            Self::RootMeanSquare => mean.sqrt(),
+            Self::MeanAbsolute => mean,
+        }
+    }
+}
+
 /// How the networks are fitted to an iteration's labels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -52,6 +82,9 @@ pub struct FitConfig {
     /// Share of samples seen through the looks that the student itself would take there; the rest is seen through
     /// random looks.
     pub own_looks: f64,
+    /// Share of samples seen with everybody looked at, while that is how the student drives (see
+    /// [`wide_eyed`](CounterfactualConfig::wide_eyed)), in [0, 1].
+    pub open_eyes: f64,
     /// Whether random looks may be more than the student may take: what is worth looking at is found out by those who
     /// see more than is worth looking at.
     pub more_than_allowed: bool,
@@ -67,6 +100,8 @@ pub struct FitConfig {
     pub weight_decay: f64,
     /// Share at the end of a fit over which weights are averaged, in [0, 1).
     pub averaged: f64,
+    /// What advantages are measured in; the optimiser's clip is in this unit.
+    pub unit: Unit,
     /// The step size of the optimiser falls to this share of itself over a fit, in (0, 1].
     pub final_rate: f64,
 }
@@ -78,12 +113,14 @@ impl Default for FitConfig {
             batch: 64,
             refresh: 150,
             own_looks: 0.7,
+            open_eyes: 0.0,
             more_than_allowed: false,
             looks_per_sample: 2,
             lambda: 1.0,
             inexact: 0.1,
             weight_decay: 0.1,
             averaged: 0.3,
+            unit: Unit::default(),
             final_rate: 0.02,
         }
     }
@@ -95,6 +132,8 @@ impl Default for FitConfig {
 pub struct CounterfactualConfig {
     /// Who decides on looks.
     pub looks: LookRule,
+    /// How moves are judged.
+    pub judge: JudgeConfig,
     /// What of a consulted member enters the student's state.
     pub content: Content,
     /// What the student remembers from earlier motor steps.
@@ -148,6 +187,7 @@ impl Default for CounterfactualConfig {
     fn default() -> Self {
         Self {
             looks: LookRule::default(),
+            judge: JudgeConfig::default(),
             content: Content::Readings,
             memory: MemoryConfig::default(),
             network: NetworkConfig::default(),
@@ -171,6 +211,17 @@ impl Default for CounterfactualConfig {
 }
 
 impl CounterfactualConfig {
+    /// The same with `share` of the training steps of every fit, or with at most `most`.
+    #[must_use]
+    pub fn with_fits(mut self, share: f64, most: usize) -> Self {
+        let less = |batches: usize| ((batches as f64 * share).round() as usize).clamp(1, most.max(1));
+        self.fit.batches = less(self.fit.batches);
+        if let JudgeConfig::Critic(critic) = &mut self.judge {
+            critic.batches = less(critic.batches);
+        }
+        self
+    }
+
     /// Whether moves are judged after other looks, too: where looks are free to choose and remembered, a look not taken
     /// is missed later on.
     #[must_use]
@@ -193,6 +244,9 @@ impl CounterfactualConfig {
         self.validate_network()?;
         self.validate_fit()?;
         self.validate_looks()?;
+        if let JudgeConfig::Critic(critic) = &self.judge {
+            critic.validate()?;
+        }
         count("iterations", self.iterations, 1..=10_000)?;
         count("window", self.window, 1..=10_000)?;
         count("first_drives", self.first_drives, 0..=1_000_000)?;
@@ -234,7 +288,9 @@ impl CounterfactualConfig {
         let own = fit.own_looks;
         within("fit.own_looks", own, (0.0..=1.0).contains(&own), "must be in [0, 1]")?;
         count("fit.looks_per_sample", fit.looks_per_sample, 1..=64)?;
-        for (field, value) in [("fit.lambda", fit.lambda), ("fit.inexact", fit.inexact)] {
+        let shares =
+            [("fit.open_eyes", fit.open_eyes), ("fit.lambda", fit.lambda), ("fit.inexact", fit.inexact)];
+        for (field, value) in shares {
             within(field, value, (0.0..=1.0).contains(&value), "must be in [0, 1]")?;
         }
         let averaged = fit.averaged;
@@ -260,7 +316,7 @@ impl CounterfactualConfig {
     }
 }
 
-fn count(
+pub(super) fn count(
     field: &'static str,
     n: usize,
     allowed: std::ops::RangeInclusive<usize>,
@@ -274,11 +330,16 @@ fn count(
     within(field, n as f64, allowed.contains(&n), words)
 }
 
-fn share(field: &'static str, value: f64) -> Result<(), LearnerError> {
+pub(super) fn share(field: &'static str, value: f64) -> Result<(), LearnerError> {
     within(field, value, value > 0.0 && value <= 1.0, "must be in (0, 1]")
 }
 
-fn within(field: &'static str, value: f64, fits: bool, allowed: &'static str) -> Result<(), LearnerError> {
+pub(super) fn within(
+    field: &'static str,
+    value: f64,
+    fits: bool,
+    allowed: &'static str,
+) -> Result<(), LearnerError> {
     if fits { Ok(()) } else { Err(LearnerError::Setting { learner: NAME, field, value, allowed }) }
 }
 

@@ -1,6 +1,6 @@
 //! Fitting the student to labels: moves by regression on what they would have been worth, looks by replay.
 
-use super::config::FitConfig;
+use super::config::{FitConfig, Unit};
 use super::judge::Judged;
 use super::rule::Rule;
 use super::student::{Scale, Scratch, Student};
@@ -10,7 +10,7 @@ use crate::random::{Rng, Streams};
 use crate::set::IndexSet;
 
 /// Smallest unit, against labels that are all alike.
-const SMALLEST: f64 = 1e-3;
+pub(super) const SMALLEST: f64 = 1e-3;
 
 /// Trains every network of `student` on `data`; returns the mean loss of moves and looks over the last half.
 ///
@@ -57,30 +57,31 @@ pub fn fit(student: &mut Student, data: &[&Judged], price_share: f64, streams: &
 
 /// A running mean.
 #[derive(Default)]
-struct Mean {
+pub(super) struct Mean {
     sum: f64,
     count: f64,
 }
 
 impl Mean {
-    fn add(&mut self, x: f64) {
+    pub(super) fn add(&mut self, x: f64) {
         self.sum += x;
         self.count += 1.0;
     }
 
-    fn mean(&self) -> f64 {
+    pub(super) fn mean(&self) -> f64 {
         self.sum / self.count.max(1.0)
     }
 }
 
 /// The units in which labels are about 1.
-pub(super) fn scale(data: &[&Judged]) -> Scale {
+pub(super) fn scale(data: &[&Judged], unit: Unit) -> Scale {
     let n = data.len().max(1) as f64;
     let centre = data.iter().map(|j| j.value).sum::<f64>() / n;
     let variance = data.iter().map(|j| (j.value - centre) * (j.value - centre)).sum::<f64>() / n;
-    let square =
-        |j: &&Judged| j.advantages.iter().map(|a| a * a).sum::<f64>() / j.advantages.len().max(1) as f64;
-    let advantage = (data.iter().map(square).sum::<f64>() / n).sqrt();
+    let size = |j: &&Judged| {
+        j.advantages.iter().map(|&a| unit.size(a)).sum::<f64>() / j.advantages.len().max(1) as f64
+    };
+    let advantage = unit.of(data.iter().map(size).sum::<f64>() / n);
     Scale { advantage: advantage.max(SMALLEST), value: variance.sqrt().max(SMALLEST), centre }
 }
 
@@ -227,6 +228,10 @@ impl Lesson {
         match teacher.rule() {
             Rule::Scheduled { .. } => teacher.rule().due(judged.clock).unwrap_or_default(),
             Rule::Adaptive { max_looks, .. } => {
+                let open = teacher.config().fit.open_eyes;
+                if open > 0.0 && teacher.is_wide_eyed() && self.rng.chance(open) {
+                    return IndexSet::first(teacher.layout().slots());
+                }
                 if self.rng.chance(teacher.config().fit.own_looks) {
                     if !judged.stops.is_empty() && self.rng.chance(0.5) {
                         return judged.stops[self.rng.below(judged.stops.len())].looks;
@@ -356,7 +361,7 @@ mod tests {
         let mut student = student(FREE, settings);
         let states: Vec<Judged> = (0..40).map(|i| state(i % 2 == 0, (i * 7 % 10) as f32 / 10.0)).collect();
         let data: Vec<&Judged> = states.iter().collect();
-        student.set_scale(scale(&data));
+        student.set_scale(scale(&data, Unit::default()));
         fit(&mut student, &data, 1.0, &Streams::new(1));
         let mut scratch = student.scratch();
         student.evaluate(&[0.0; 4], &mut scratch);

@@ -83,6 +83,24 @@ impl Layout {
         (self.readings() + self.slots()) * (1 + self.memory.looks)
     }
 
+    /// The part of an input that holds this motor step's readings, slot by slot.
+    #[must_use]
+    pub fn readings_of<'i>(&self, input: &'i [f32]) -> &'i [f32] {
+        &input[..self.readings()]
+    }
+
+    /// As [`Self::readings_of`], to be written.
+    pub fn readings_of_mut<'i>(&self, input: &'i mut [f32]) -> &'i mut [f32] {
+        &mut input[..self.readings()]
+    }
+
+    /// Writes into an input which slots were looked at, and changes no reading.
+    pub fn mark(&self, attended: IndexSet, input: &mut [f32]) {
+        for slot in 0..self.slots() {
+            input[self.bit(slot)] = f32::from(u8::from(attended.contains(slot)));
+        }
+    }
+
     /// Copies `full`, in which everybody was looked at, as somebody sees it who looked at `attended` only.
     pub fn mask(&self, full: &[f32], attended: IndexSet, out: &mut [f32]) {
         out.copy_from_slice(full);
@@ -150,6 +168,14 @@ impl Gaze {
     /// Takes in what the member in `slot` shows.
     pub fn look(&mut self, layout: &Layout, slot: usize, reading: &[f64]) {
         crate::learners::nn::narrow(reading, &mut self.input[layout.block(slot)]);
+        self.input[layout.bit(slot)] = 1.0;
+        self.attended = self.attended.with(slot);
+    }
+
+    /// Takes in the reading of `slot` out of everybody's, as [`Layout::readings_of`] gives them.
+    pub fn look_again(&mut self, layout: &Layout, slot: usize, readings: &[f32]) {
+        let place = layout.block(slot);
+        self.input[place.clone()].copy_from_slice(&readings[place]);
         self.input[layout.bit(slot)] = 1.0;
         self.attended = self.attended.with(slot);
     }
@@ -228,6 +254,24 @@ mod tests {
         gaze.advance(&layout, 2);
         assert_eq!(gaze.input(), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
         assert_eq!((gaze.attended(), gaze.clock()), (IndexSet::EMPTY, 1));
+    }
+
+    #[test]
+    fn everybodys_readings_can_be_shown_without_the_student_knowing() {
+        let layout = layout(1, 3);
+        let mut all = Gaze::new(&layout);
+        all.look(&layout, 0, &[0.1, 0.2]);
+        all.look(&layout, 1, &[0.9]);
+        let readings = layout.readings_of(all.input()).to_vec();
+        assert_eq!(readings, [0.1, 0.2, 0.9]);
+        let (mut one, mut again) = (Gaze::new(&layout), Gaze::new(&layout));
+        one.look(&layout, 1, &[0.9]);
+        again.look_again(&layout, 1, &readings);
+        assert_eq!(one, again);
+        let mut shown = again.input().to_vec();
+        layout.readings_of_mut(&mut shown).copy_from_slice(&readings);
+        layout.mark(again.attended(), &mut shown);
+        assert_eq!(shown[..5], [0.1, 0.2, 0.9, 0.0, 1.0]);
     }
 
     #[test]

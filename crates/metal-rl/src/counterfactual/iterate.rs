@@ -2,9 +2,8 @@
 
 use super::config::CounterfactualConfig;
 use super::fit::{fit, scale};
-use super::judge::{Judge, Judged, Pupil};
+use super::judge::{Drive, Judge, Judged, Labels, Workers};
 use super::rule::{LookRule, UnknownMember};
-use super::sight::gather;
 use super::student::{Student, StudentShape};
 use crate::decision::Encoding;
 use crate::environment::{Environment, EnvironmentError};
@@ -34,8 +33,8 @@ pub struct School<'a> {
     pub roster: Vec<usize>,
     /// How readings are scaled.
     pub scaling: Scaling,
-    /// Who says what moves would have been worth.
-    pub judge: &'a dyn Judge,
+    /// Who carries out independent work, such as roll-outs.
+    pub workers: &'a dyn Workers,
     /// Asked between iterations: whether to stop.
     pub interrupted: &'a dyn Fn() -> bool,
 }
@@ -53,7 +52,9 @@ pub enum CounterfactualError {
     #[error(transparent)]
     Member(#[from] UnknownMember),
     /// The world cannot be copied.
-    #[error("{0} cannot be copied (`Environment::fork`), so nothing can be rolled out in it")]
+    #[error(
+        "{0} cannot be copied (`Environment::fork`), so nothing can be rolled out in it; a critic (`judge`) needs no copies"
+    )]
     NoCopies(String),
     /// Somebody wanted to stop.
     #[error("interrupted")]
@@ -155,6 +156,7 @@ pub fn iterate(
         window: VecDeque::new(),
         diary: Vec::new(),
         past: Vec::new(),
+        judge: config.judge.build(school.workers, &streams.child("judge")),
         streams: *streams,
     };
     for iteration in 0..config.iterations {
@@ -173,7 +175,8 @@ pub fn iterate(
 }
 
 /// A student on its way.
-struct Course {
+struct Course<'a> {
+    judge: Box<dyn Judge + 'a>,
     student: Student,
     window: VecDeque<Vec<Judged>>,
     diary: Vec<Iterate>,
@@ -181,7 +184,7 @@ struct Course {
     streams: Streams,
 }
 
-impl Course {
+impl Course<'_> {
     fn iteration(
         &mut self,
         school: &mut School<'_>,
@@ -192,30 +195,21 @@ impl Course {
         let config = self.student.config().clone();
         let streams = self.streams.nth(iteration as u64);
         let horizon = school.environment.spec().horizon;
-        let drive = own_drive(phase, (iteration, config.iterations), horizon);
-        let Budget::Steps(own_steps) = drive.budget else { unreachable!("own drives are counted in steps") };
+        let own = own_drive(phase, (iteration, config.iterations), horizon);
+        let Budget::Steps(own_steps) = own.budget else { unreachable!("own drives are counted in steps") };
         let limit = drive_limit((iteration, config.iterations), config.first_drives, horizon);
         self.student.set_wide_eyed(iteration < config.wide_eyed_iterations());
-        let sights = gather(school, &self.student, (&drive, limit), &streams.child("drive"), observer)?;
-        let Some(sights) = sights else {
-            return Err(CounterfactualError::NoCopies(school.environment.spec().id.clone()));
-        };
         let price_share = price_share(iteration, (config.wide_eyed_iterations(), config.price_ramp));
-        let pupil = Pupil {
-            student: &self.student,
-            members: school.members,
-            roster: &school.roster,
-            scaling: school.scaling,
-            price_share,
-        };
-        let (judged, rolled_steps) = school.judge.judge(sights, &pupil)?;
+        let drive =
+            Drive { student: &self.student, phase: own, limit, price_share, streams: streams.child("drive") };
+        let Labels { judged, rolled_steps, replace } = self.judge.labels(school, &drive, observer)?;
         let idle = idle(&judged);
-        self.remember(judged, config.window);
+        self.remember(judged, if replace { 1 } else { config.window });
         let data: Vec<&Judged> = self.window.iter().flatten().collect();
         if data.is_empty() {
             return Ok(());
         }
-        self.student.set_scale(scale(&data));
+        self.student.set_scale(scale(&data, config.fit.unit));
         let loss = fit(&mut self.student, &data, price_share, &streams.child("fit"));
         let tally = self.validate(school, phase, config.validation_runs)?;
         if iteration == config.iterations / 2 && price_share >= 1.0 && iteration + 1 < config.iterations {

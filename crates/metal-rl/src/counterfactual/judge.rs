@@ -1,16 +1,20 @@
-//! Judges: what every motor action would have been worth at a sight. The one here rolls all of them out in copies of
-//! the world; a critic learned from logs can take its place where there are no copies (real robots).
+//! Judges: what every motor action would have been worth where the student drove. [`RollOuts`] carries all of them out in
+//! copies of the world; the [`Critic`] learns it from the log where there are no copies (real robots, other people's
+//! simulators).
 
-use super::gaze::Gaze;
+use super::critic::{Critic, CriticConfig};
+use super::iterate::{CounterfactualError, School};
+use super::roll_outs::RollOuts;
 use super::sight::Sight;
-use super::student::{Next, Scratch, Student};
-use crate::decision::{Content, DecisionDims, DecisionState, Encoding};
-use crate::environment::{End, Environment, EnvironmentError};
+use super::student::Student;
+use crate::environment::EnvironmentError;
 use crate::member::Member;
-use crate::num;
-use crate::random::Rng;
+use crate::observe::Observer;
+use crate::phase::Phase;
+use crate::random::{Rng, Streams};
 use crate::set::IndexSet;
-use crate::view::{Percept, Scaling};
+use crate::view::Scaling;
+use serde::{Deserialize, Serialize};
 
 /// A sight with its labels: to learn from, through any set of looks.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,16 +58,67 @@ impl Judged {
 /// The work of a judge on some sights: labels, and the motor steps simulated for them.
 pub type Verdict = Result<(Vec<Judged>, usize), EnvironmentError>;
 
-/// Says what every motor action is worth at a sight.
+/// A drive of the student's own, from which it is to be taught.
+pub struct Drive<'a> {
+    /// The student as it drives.
+    pub student: &'a Student,
+    /// Exploration and budget.
+    pub phase: Phase,
+    /// Motor steps after which episodes begin anew.
+    pub limit: usize,
+    /// Share of the price of looking that counts.
+    pub price_share: f64,
+    /// All randomness of the drive and of judging it.
+    pub streams: Streams,
+}
+
+/// What a judge says after a drive.
+pub struct Labels {
+    /// Moments with what every move was worth.
+    pub judged: Vec<Judged>,
+    /// Motor steps in copies of the world.
+    pub rolled_steps: usize,
+    /// Whether they stand for all labels of earlier drives, too.
+    pub replace: bool,
+}
+
+/// Lets the student drive and says what every motor action would have been worth on the way.
 ///
-/// The values must be those under the student's *own* continuation, its looks paid at the pupil's share of their price: a
+/// The values must be those under the student's *own* continuation, its looks paid at their share of the price: a
 /// teacher who sees more than the student values what the student cannot do.
 pub trait Judge {
-    /// Labels for `sights`, in their order, and how many motor steps they took.
+    /// Labels for a drive in the school's world.
     ///
     /// # Errors
-    /// If a world fails.
-    fn judge(&self, sights: Vec<Sight>, pupil: &Pupil<'_>) -> Verdict;
+    /// If the world fails, or cannot be copied where copies are needed.
+    fn labels(
+        &mut self,
+        school: &mut School<'_>,
+        drive: &Drive<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Labels, CounterfactualError>;
+}
+
+/// How moves are judged.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum JudgeConfig {
+    /// By roll-outs in copies of the world.
+    #[default]
+    RollOuts,
+    /// By a critic learned from the log of all drives, where there are no copies.
+    Critic(CriticConfig),
+}
+
+impl JudgeConfig {
+    /// The judge of these settings.
+    #[must_use]
+    pub fn build<'a>(&self, workers: &'a dyn Workers, streams: &Streams) -> Box<dyn Judge + 'a> {
+        match self {
+            Self::RollOuts => Box::new(RollOuts { workers }),
+            Self::Critic(config) => Box::new(Critic::new(config.clone(), streams)),
+        }
+    }
 }
 
 /// Whose future is judged.
@@ -79,6 +134,20 @@ pub struct Pupil<'a> {
     pub scaling: Scaling,
     /// Share of the price of looking that counts.
     pub price_share: f64,
+}
+
+impl<'a> Pupil<'a> {
+    /// The student of a drive.
+    #[must_use]
+    pub fn of(school: &'a School<'_>, drive: &Drive<'a>) -> Self {
+        Self {
+            student: drive.student,
+            members: school.members,
+            roster: &school.roster,
+            scaling: school.scaling,
+            price_share: drive.price_share,
+        }
+    }
 }
 
 /// Does independent pieces of work, perhaps several at a time. The mind starts no threads itself; results must not
@@ -98,341 +167,16 @@ impl Workers for Alone {
     }
 }
 
-/// Sights in one piece of work.
-const PIECE: usize = 64;
-
-/// Roll-outs: at each sight the world is copied once per motor action, all copies with the same noise. The action is
-/// carried out, the student drives on for `horizon` steps, and its own value stands for the rest.
-pub struct RollOuts<'a> {
-    /// Who does the work.
-    pub workers: &'a dyn Workers,
-}
-
-impl Judge for RollOuts<'_> {
-    /// # Panics
-    /// If the copy of a world cannot be copied itself.
-    fn judge(&self, sights: Vec<Sight>, pupil: &Pupil<'_>) -> Verdict {
-        let mut pieces: Vec<Vec<Sight>> = Vec::new();
-        for sight in sights {
-            match pieces.last_mut() {
-                Some(piece) if piece.len() < PIECE => piece.push(sight),
-                _ => pieces.push(vec![sight]),
-            }
-        }
-        let work = |piece: Vec<Sight>| {
-            let Some(first) = piece.first() else { return Ok((Vec::new(), 0)) };
-            let mut desk = Desk::new(*pupil, first.world.as_ref());
-            let judged = piece.into_iter().map(|s| desk.judge(s)).collect::<Result<_, EnvironmentError>>()?;
-            Ok((judged, desk.steps))
-        };
-        let (mut judged, mut steps) = (Vec::new(), 0);
-        for verdict in self.workers.map(pieces, &work) {
-            let (piece, taken) = verdict?;
-            judged.extend(piece);
-            steps += taken;
-        }
-        Ok((judged, steps))
-    }
-}
-
-/// Working memory of one worker.
-struct Desk<'a> {
-    pupil: Pupil<'a>,
-    student: &'a Student,
-    encoding: Encoding,
-    percept: Percept,
-    state: DecisionState,
-    block: Vec<f64>,
-    scratch: Scratch,
-    gaze: Gaze,
-    steps: usize,
-}
-
-impl<'a> Desk<'a> {
-    fn new(pupil: Pupil<'a>, world: &dyn Environment) -> Self {
-        let student = pupil.student;
-        let inputs = pupil.members.iter().map(|m| m.view.dims()).collect();
-        let dims = DecisionDims { member_inputs: inputs, actions: student.actions() };
-        Self {
-            pupil,
-            student,
-            encoding: Encoding { content: student.config().content, ..Encoding::default() },
-            percept: Percept::new(world.spec(), pupil.scaling),
-            state: DecisionState::new(&dims),
-            block: Vec::new(),
-            scratch: student.scratch(),
-            gaze: Gaze::new(student.layout()),
-            steps: 0,
-        }
-    }
-
-    fn judge(&mut self, mut sight: Sight) -> Result<Judged, EnvironmentError> {
-        self.percept.clear();
-        self.state.clear();
-        self.gaze.clone_from(&sight.gaze);
-        for slot in 0..self.pupil.roster.len() {
-            self.look(sight.world.as_mut(), slot)?;
-        }
-        let full = self.gaze.input().to_vec();
-        let own = sight.gaze.attended();
-        let mut advantages = Vec::with_capacity(self.student.actions());
-        for action in 0..self.student.actions() {
-            advantages.push(self.worth(&sight, (&full, own), Some(action))?);
-        }
-        let value = num::max(&advantages);
-        let stops = self.stops(&mut sight, &full, &advantages)?;
-        let relative = |s: Stop| Stop { worth: s.worth - value, ..s };
-        let stops = stops.into_iter().map(relative).collect();
-        advantages.iter_mut().for_each(|v| *v -= value);
-        Ok(Judged { full, clock: sight.gaze.clock(), looks: own, advantages, value, stops })
-    }
-
-    /// What moving is worth after the student's own looks and after others, if that makes a difference.
-    fn stops(
-        &mut self,
-        sight: &mut Sight,
-        full: &[f32],
-        values: &[f64],
-    ) -> Result<Vec<Stop>, EnvironmentError> {
-        if !self.student.remembers_free_looks() {
-            return Ok(Vec::new());
-        }
-        let own = sight.gaze.attended();
-        let action = self.preferred_move(sight, (full, own));
-        let mut stops = vec![Stop { looks: own, worth: values[action] }];
-        for looks in self.other_looks(own, &mut sight.streams.stream("looks")) {
-            if stops.iter().all(|s| s.looks != looks) {
-                stops.push(Stop { looks, worth: self.worth(sight, (full, looks), None)? });
-            }
-        }
-        Ok(stops)
-    }
-
-    /// Looks that the student could have taken instead of its own: none, one less, one more, a single one.
-    fn other_looks(&self, own: IndexSet, rng: &mut Rng) -> [IndexSet; 4] {
-        let kept = self.student.kept();
-        let more = kept.minus(own);
-        let mut any = |from: IndexSet| from.iter().nth(rng.below(from.len().max(1)));
-        let (out, into, single) = (any(own), any(more), any(kept));
-        [
-            IndexSet::EMPTY,
-            out.map_or(own, |slot| own.without(slot)),
-            into.map_or(own, |slot| own.with(slot)),
-            single.map_or(own, |slot| IndexSet::EMPTY.with(slot)),
-        ]
-    }
-
-    /// The gaze of `sight` as if `looks` were all that was looked at.
-    fn see(&mut self, sight: &Sight, (full, looks): (&[f32], IndexSet)) {
-        self.gaze.clone_from(&sight.gaze);
-        self.gaze.see_through(self.student.layout(), full, looks);
-    }
-
-    fn preferred_move(&mut self, sight: &Sight, seen: (&[f32], IndexSet)) -> usize {
-        self.see(sight, seen);
-        self.student.evaluate(self.gaze.input(), &mut self.scratch);
-        self.student.best_move(&self.scratch)
-    }
-
-    /// The value of `action`, or of the move that the student prefers, after some looks.
-    fn worth(
-        &mut self,
-        sight: &Sight,
-        seen: (&[f32], IndexSet),
-        action: Option<usize>,
-    ) -> Result<f64, EnvironmentError> {
-        let action = action.unwrap_or_else(|| self.preferred_move(sight, seen));
-        let mut world = sight.world.fork().expect("a copied world can be copied");
-        self.see(sight, seen);
-        self.roll_out(world.as_mut(), action)
-    }
-
-    /// What `action` is worth from here: r + γ (looks and moves of the student) + … + its own value of what is left.
-    fn roll_out(&mut self, world: &mut dyn Environment, mut action: usize) -> Result<f64, EnvironmentError> {
-        let (horizon, gamma) = (self.student.config().horizon, self.student.config().gamma);
-        let (mut total, mut discount) = (0.0, 1.0);
-        for step in 1.. {
-            let outcome = world.step(action)?;
-            self.steps += 1;
-            total += discount * outcome.motor_reward;
-            discount *= gamma;
-            if outcome.end == End::Terminal {
-                break;
-            }
-            self.gaze.advance(self.student.layout(), action);
-            let (next, price) = self.decide(world)?;
-            total -= discount * price;
-            if step == horizon || outcome.end == End::TimeLimit {
-                if self.student.config().bootstrap {
-                    total += discount * self.student.worth(&self.gaze, next, &self.scratch);
-                }
-                break;
-            }
-            action = next;
-        }
-        Ok(total)
-    }
-
-    /// The student's looks, then its move; and the price of the looks as it is learned from.
-    fn decide(&mut self, world: &mut dyn Environment) -> Result<(usize, f64), EnvironmentError> {
-        self.percept.clear();
-        self.state.clear();
-        let mut price = 0.0;
-        loop {
-            match self.student.next(&self.gaze, &mut self.scratch) {
-                Next::Move(action) => return Ok((action, self.pupil.price_share * price)),
-                Next::Look(slot) => price += self.look(world, slot)?,
-            }
-        }
-    }
-
-    fn look(&mut self, world: &mut dyn Environment, slot: usize) -> Result<f64, EnvironmentError> {
-        let index = self.pupil.roster[slot];
-        let member = &self.pupil.members[index];
-        self.block.resize(self.student.layout().block(slot).len(), 0.0);
-        let price = if self.encoding.content == Content::Readings {
-            // What the member makes of its reading is not asked for, so it is not computed.
-            member.read(world, &mut self.percept, &mut self.block)?
-        } else {
-            let price = member.consult(index, world, &mut self.percept, &mut self.state)?;
-            match self.state.opinion(index) {
-                Some(opinion) => self.encoding.write(&opinion, &mut self.block),
-                // It was asked and had nothing to say: null, and looked at (reading R109).
-                None => self.block.fill(0.0),
-            }
-            price
-        };
-        self.gaze.look(self.student.layout(), slot, &self.block);
-        Ok(price)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::counterfactual::config::CounterfactualConfig;
-    use crate::counterfactual::gaze::MemoryConfig;
-    use crate::counterfactual::rule::{LookRule, Rule};
-    use crate::counterfactual::student::StudentShape;
-    use crate::environment::{EnvironmentSpec, Feature, Outcome, SensorSpec};
-    use crate::learners::{LearnerConfig, TileConfig};
-    use crate::random::Streams;
-    use crate::view::View;
-    use std::sync::{Arc, Mutex};
-
-    /// Action 1 costs 4, action 0 nothing; every look is written down by all copies together.
-    #[derive(Clone)]
-    struct Counter {
-        spec: EnvironmentSpec,
-        time: usize,
-        looks: Arc<Mutex<Vec<(usize, usize)>>>,
-    }
-
-    impl Environment for Counter {
-        fn spec(&self) -> &EnvironmentSpec {
-            &self.spec
-        }
-        fn reset(&mut self, _seed: u64) -> Result<(), EnvironmentError> {
-            self.time = 0;
-            Ok(())
-        }
-        fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
-            self.looks.lock().unwrap().push((self.time, sensor));
-            out[0] = 0.5;
-            Ok(())
-        }
-        fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError> {
-            self.time += 1;
-            Ok(Outcome { motor_reward: -4.0 * action as f64, end: End::Running })
-        }
-        fn measures(&self) -> &[f64] {
-            &[]
-        }
-        fn fork(&self) -> Option<Box<dyn Environment>> {
-            Some(Box::new(self.clone()))
-        }
-    }
-
-    fn world() -> Counter {
-        let sensor = |name: &str, price| SensorSpec {
-            name: name.into(),
-            features: vec![Feature { name: "x".into(), low: 0.0, high: 1.0 }],
-            price,
-        };
-        let spec = EnvironmentSpec {
-            id: "Counter-v0".into(),
-            sensors: vec![sensor("a", 1.0), sensor("b", 2.0), sensor("c", 3.0)],
-            actions: vec!["free".into(), "dear".into()],
-            horizon: 10,
-            measures: vec![],
-        };
-        Counter { spec, time: 0, looks: Arc::default() }
-    }
-
-    /// One sight of a newborn student, judged; and what was looked at meanwhile.
-    fn judged(rule: Rule, memory: MemoryConfig) -> (Judged, usize, Vec<(usize, usize)>) {
-        let looks = LookRule::default();
-        let config = CounterfactualConfig {
-            looks,
-            memory,
-            horizon: 1,
-            gamma: 0.5,
-            bootstrap: false,
-            ..CounterfactualConfig::default()
-        };
-        let world = world();
-        let members: Vec<Member> = (0..3)
-            .map(|s| Member {
-                name: format!("m{s}"),
-                view: View::new(&world.spec, &[s]),
-                learner: LearnerConfig::Tile(TileConfig::default())
-                    .build(crate::learner::Dims { inputs: 1, choices: 2 }, 0)
-                    .unwrap(),
-            })
-            .collect();
-        let shape = StudentShape { blocks: vec![1; 3], prices: vec![1.0, 2.0, 3.0], actions: 2, rule };
-        let student = Student::new(&config, &shape, &Streams::new(1)).unwrap();
-        let mut gaze = Gaze::new(student.layout());
-        gaze.look(student.layout(), 2, &[0.5]);
-        let log = world.looks.clone();
-        let sight = Sight { gaze, world: Box::new(world), streams: Streams::new(4) };
-        let pupil = Pupil {
-            student: &student,
-            members: &members,
-            roster: &[0, 1, 2],
-            scaling: Scaling::Linear,
-            price_share: 0.5,
-        };
-        let (mut all, steps) = RollOuts { workers: &Alone }.judge(vec![sight], &pupil).unwrap();
-        let looked = log.lock().unwrap().clone();
-        (all.remove(0), steps, looked)
-    }
-
-    #[test]
-    fn moves_are_worth_their_reward_and_the_students_next_looks() {
-        let slots = IndexSet::EMPTY.with(2);
-        let (judged, steps, looks) = judged(Rule::Scheduled { slots, every: 1 }, MemoryConfig::default());
-        // γ · share · price of slot 2 = 0.5 · 0.5 · 3 after either move.
-        assert_eq!((judged.value, &judged.advantages[..]), (-0.75, &[0.0, -4.0][..]));
-        assert_eq!((judged.stops.len(), steps), (0, 2));
-        assert_eq!(judged.stop(IndexSet::first(2), 1), (-4.0, true), "looks leave no trace");
-        // All three sensors once, for the label; in roll-outs what the student attends, and nothing else.
-        let rolled: Vec<_> = looks.iter().filter(|(time, _)| *time > 0).collect();
-        assert_eq!(rolled, [&(1, 2), &(1, 2)]);
-        assert_eq!(looks.iter().filter(|(time, _)| *time == 0).count(), 3);
-    }
-
-    #[test]
-    fn with_memory_other_looks_are_judged_beside_its_own() {
-        let memory = MemoryConfig { looks: 1, steps: 2, actions: 0 };
-        let (judged, steps, looks) = judged(Rule::Adaptive { min_looks: 0, max_looks: 2 }, memory);
-        let own = IndexSet::EMPTY.with(2);
-        assert_eq!((judged.looks, judged.stops[0].looks), (own, own));
-        assert!(judged.stop(IndexSet::EMPTY, 0).1, "the student may always look at nobody");
-        assert!(judged.stops[1..].iter().all(|s| s.looks != own));
-        // Two moves after its own looks, one after each other set; everybody once, for the label.
-        assert_eq!(steps, 2 + judged.stops.len() - 1);
-        assert_eq!(looks.iter().filter(|(time, _)| *time == 0).count(), 3);
-        assert!(!judged.stop(IndexSet::first(3), 0).1);
-    }
+/// Looks that a student who looked at `own` could have taken instead: none, one less, one more, a single one.
+pub(super) fn other_looks(student: &Student, own: IndexSet, rng: &mut Rng) -> [IndexSet; 4] {
+    let kept = student.kept();
+    let more = kept.minus(own);
+    let mut any = |from: IndexSet| from.iter().nth(rng.below(from.len().max(1)));
+    let (out, into, single) = (any(own), any(more), any(kept));
+    [
+        IndexSet::EMPTY,
+        out.map_or(own, |slot| own.without(slot)),
+        into.map_or(own, |slot| own.with(slot)),
+        single.map_or(own, |slot| IndexSet::EMPTY.with(slot)),
+    ]
 }

@@ -2,7 +2,7 @@
 //!
 //! The student drives and looks as it can. At visited states a [`Judge`] says what every motor action would have been
 //! worth under the student's own continuation (its own looks, its own prices): by default [`RollOuts`] in forked
-//! worlds with common noise. Looks need no second world, because looking moves nothing: any order of looks can be
+//! worlds with common noise, or a [`critic`] learned from the log where a world cannot be copied. Looks need no second world, because looking moves nothing: any order of looks can be
 //! replayed on a fully observed state, so a look is worth −price + the best that is known with one reading more.
 //! One network holds the values for all sets of readings. In the order of the data:
 //! [`config`] → [`gaze`] → [`student`] → [`sight`] → [`judge`] → [`fit`] → [`mod@iterate`].
@@ -11,17 +11,23 @@
 //! a static combination) of sensors", on which its Phase III (see [`crate::policies::attention`]) stays open.
 
 pub mod config;
+pub mod critic;
+mod eyes;
 pub mod fit;
 pub mod gaze;
 pub mod iterate;
 pub mod judge;
+pub mod log;
+pub mod roll_outs;
 pub mod rule;
 pub mod sight;
 pub mod student;
 
-pub use config::{CounterfactualConfig, FitConfig};
+pub use config::{CounterfactualConfig, FitConfig, Unit};
+pub use critic::CriticConfig;
 pub use gaze::MemoryConfig;
 pub use iterate::{CounterfactualError, Graduate, Iterate, School, iterate};
-pub use judge::{Alone, Judge, Judged, RollOuts, Workers};
+pub use judge::{Alone, Judge, JudgeConfig, Judged, Workers};
+pub use roll_outs::RollOuts;
 pub use rule::{LookRule, UnknownMember};
 pub use student::{Student, StudentShape};

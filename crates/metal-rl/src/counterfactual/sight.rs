@@ -3,10 +3,9 @@
 
 use super::gaze::Gaze;
 use super::iterate::School;
-use super::student::Student;
+use super::judge::Drive;
 use crate::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use crate::observe::Observer;
-use crate::phase::Phase;
 use crate::policies::Counterfactual;
 use crate::policy::{Choice, Policy, Situation};
 use crate::random::{Rng, Streams};
@@ -24,16 +23,16 @@ pub struct Sight {
 }
 
 /// What the student knew at its last move, on the way from the policy to the world.
-type Note = Arc<Mutex<Option<Gaze>>>;
+pub(super) type Note = Arc<Mutex<Option<Gaze>>>;
 
-fn lock(note: &Note) -> std::sync::MutexGuard<'_, Option<Gaze>> {
+pub(super) fn lock(note: &Note) -> std::sync::MutexGuard<'_, Option<Gaze>> {
     note.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A driver that notes what it knew at every move.
-struct Scout<'a> {
-    driver: &'a mut Counterfactual,
-    note: Note,
+pub(super) struct Scout<'a> {
+    pub driver: &'a mut Counterfactual,
+    pub note: Note,
 }
 
 impl Policy for Scout<'_> {
@@ -103,29 +102,27 @@ impl Environment for Track<'_> {
     }
 }
 
-/// Lets `student` drive through `phase`, in episodes of at most `limit` motor steps, and returns the share of moments that is to be judged, evenly spread; none if the
-/// world cannot be copied.
+/// Lets the student drive, and returns the share of moments that is to be judged, evenly spread; none if the world cannot
+/// be copied.
 ///
 /// # Errors
 /// If the world fails.
 pub fn gather(
     school: &mut School<'_>,
-    student: &Student,
-    (phase, limit): (&Phase, usize),
-    streams: &Streams,
+    drive: &Drive<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Option<Vec<Sight>>, EnvironmentError> {
     let note = Note::default();
-    let mut driver = Counterfactual::new(student.clone(), school.roster.clone());
+    let mut driver = Counterfactual::new(drive.student.clone(), school.roster.clone());
     let mut scout = Scout { driver: &mut driver, note: note.clone() };
     let mut track = Track {
         world: &mut *school.environment,
         note,
-        share: student.config().judged,
+        share: drive.student.config().judged,
         owed: 0.0,
-        limit,
+        limit: drive.limit,
         steps: 0,
-        streams: streams.child("sights"),
+        streams: drive.streams.child("sights"),
         sights: Vec::new(),
         stuck: false,
     };
@@ -135,6 +132,6 @@ pub fn gather(
         policy: &mut scout,
         scaling: school.scaling,
     };
-    run(&mut scouting, phase, streams, observer)?;
+    run(&mut scouting, &drive.phase, &drive.streams, observer)?;
     Ok(if track.stuck { None } else { Some(track.sights) })
 }

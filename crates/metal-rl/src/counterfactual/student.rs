@@ -212,6 +212,11 @@ impl Student {
         self.wide_eyed = wide_eyed && matches!(self.rule, Rule::Adaptive { .. });
     }
 
+    /// Whether it looks at everybody before every move, although looks are its choice.
+    pub(super) fn is_wide_eyed(&self) -> bool {
+        self.wide_eyed
+    }
+
     /// The slots that must be looked at in motor step `clock`; none: the student is free to choose.
     fn due(&self, clock: usize) -> Option<IndexSet> {
         if self.wide_eyed { Some(IndexSet::first(self.layout.slots())) } else { self.rule.due(clock) }

@@ -226,3 +226,11 @@ def test_a_check_says_what_is_badly_posed(signpost):
     assert "never changes" in problems and "costs 9" in problems
     with pytest.raises(metal_rl.MetalError, match="episodes"):
         metal_rl.check(signpost, episodes=0)
+
+
+def test_a_critic_learns_a_python_environment(signpost):
+    phases = {"demonstration": 0, "fusion": 0, "attention": 2000}
+    mind = metal_rl.learn(signpost, phases=phases, recipe={"method": "critic"}, seed=1)
+    assert "critic" in mind.recipe["method"]["counterfactual"]["judge"]
+    score = mind.evaluate(signpost, episodes=100)
+    assert score.motor.mean() > -0.1 and score.sensors["light"] > 80

@@ -96,3 +96,20 @@ fn a_counterfactual_mind_beats_every_blind_one_and_is_saved_like_any_other() {
     let blind = (0..8).map(|c| drive(&mind, Driver::Blind(c)).total()).fold(f64::NEG_INFINITY, f64::max);
     assert!(attention.total() > blind, "{} against {blind}", attention.total());
 }
+
+#[test]
+fn a_critic_learns_a_task_of_many_steps_and_is_saved_like_any_other() {
+    let task = NamedTask::with("maze", r#"{"side": 3, "goal": {"x": 2, "y": 2}}"#).unwrap();
+    let method = serde_json::from_str(r#""critic""#).unwrap();
+    let recipe = Recipe { fusion: 0, attention: 4000, method, ..Recipe::default() };
+    let mind = learn(&task, &recipe, &Streams::new(3), &mut Unobserved).unwrap();
+    assert_eq!(mind.recipe.method, AttentionMethod::many_steps(4000));
+    let path = temporary("critic.safetensors");
+    save(&mind, &path, 3, std::collections::BTreeMap::new()).unwrap();
+    let (thawed, _) = load(&path).unwrap();
+    let drive = |mind, driver| trial(&task, mind, driver, (100, &Streams::new(9))).unwrap();
+    let attention = drive(&mind, Driver::Attention);
+    assert_eq!(attention, drive(&thawed, Driver::Attention));
+    let blind = (0..4).map(|a| drive(&mind, Driver::Blind(a)).total()).fold(f64::NEG_INFINITY, f64::max);
+    assert!(attention.total() > blind / 2.0, "{} against {blind}", attention.total());
+}

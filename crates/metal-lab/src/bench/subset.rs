@@ -55,7 +55,7 @@ pub(super) fn train_subset(
             let config = config.clone().with_fits(share, usize::MAX);
             teach(desk, (&config, sensors), steps, streams)
         }
-        AttentionMethod::Auto | AttentionMethod::Values(_) => {
+        AttentionMethod::Auto | AttentionMethod::Critic | AttentionMethod::Values(_) => {
             Ok(Student::Values(Box::new(Pupil::taught(desk, sensors, steps, streams)?)))
         }
     }

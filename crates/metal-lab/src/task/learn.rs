@@ -87,7 +87,7 @@ impl School<'_> {
                 let config = mind.recipe.counterfactual(config);
                 Controller::Counterfactual(Box::new(self.counterfactual(mind, &config, &phase)?))
             }
-            AttentionMethod::Auto | AttentionMethod::Values(_) => {
+            AttentionMethod::Auto | AttentionMethod::Critic | AttentionMethod::Values(_) => {
                 Controller::Values(Box::new(self.values(mind, phase)?))
             }
         };

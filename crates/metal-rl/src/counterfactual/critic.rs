@@ -152,7 +152,7 @@ impl Judge for Critic {
         drive: &Drive<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Labels, CounterfactualError> {
-        self.moments.extend(log(school, drive, observer)?);
+        self.moments.extend(log(school, drive, self.config.capacity, observer)?);
         while self.moments.len() > self.config.capacity {
             self.moments.pop_front();
         }

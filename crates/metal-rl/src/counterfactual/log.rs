@@ -10,6 +10,7 @@ use crate::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Ou
 use crate::observe::Observer;
 use crate::policies::Counterfactual;
 use crate::run::{Stage, run};
+use std::collections::VecDeque;
 
 /// A motor step as it went.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +43,8 @@ struct Logger<'a> {
     limit: usize,
     steps: usize,
     now: Vec<f64>,
-    entries: Vec<Entry>,
+    entries: VecDeque<Entry>,
+    most: usize,
 }
 
 impl Logger<'_> {
@@ -86,7 +88,10 @@ impl Environment for Logger<'_> {
             self.read_all()?;
         }
         if let Some(gaze) = gaze {
-            self.entries.push(Entry { gaze, before, action, outcome, after: self.now.clone() });
+            self.entries.push_back(Entry { gaze, before, action, outcome, after: self.now.clone() });
+            if self.entries.len() > self.most {
+                self.entries.pop_front();
+            }
         }
         Ok(outcome)
     }
@@ -130,21 +135,22 @@ impl Environment for Still<'_> {
     }
 }
 
-/// Lets the student drive and returns every motor step.
+/// Lets the student drive and returns its motor steps, the last `most` of them.
 ///
 /// # Errors
 /// If the world fails.
 pub fn log(
     school: &mut School<'_>,
     drive: &Drive<'_>,
+    most: usize,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Moment>, EnvironmentError> {
     let note = Note::default();
     let mut driver = Counterfactual::new(drive.student.clone(), school.roster.clone());
     let mut scout = Scout { driver: &mut driver, note: note.clone() };
-    let (now, entries) = (Vec::new(), Vec::new());
+    let (now, entries) = (Vec::new(), VecDeque::new());
     let world = &mut *school.environment;
-    let mut logger = Logger { world, note, limit: drive.limit, steps: 0, now, entries };
+    let mut logger = Logger { world, note, limit: drive.limit, steps: 0, now, entries, most };
     let mut stage = Stage {
         environment: &mut logger,
         members: &mut *school.members,
@@ -160,7 +166,7 @@ pub fn log(
 fn moments(
     school: &School<'_>,
     drive: &Drive<'_>,
-    entries: Vec<Entry>,
+    entries: VecDeque<Entry>,
 ) -> Result<Vec<Moment>, EnvironmentError> {
     let pupil = Pupil::of(school, drive);
     let spec = school.environment.spec();
@@ -187,4 +193,124 @@ fn moments(
         })
     };
     entries.into_iter().map(moment).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::counterfactual::config::CounterfactualConfig;
+    use crate::counterfactual::judge::Alone;
+    use crate::counterfactual::rule::Rule;
+    use crate::counterfactual::student::{Student, StudentShape};
+    use crate::environment::{Feature, SensorSpec};
+    use crate::learner::Dims;
+    use crate::learners::{LearnerConfig, TileConfig};
+    use crate::member::Member;
+    use crate::phase::{Budget, Phase};
+    use crate::random::Streams;
+    use crate::set::IndexSet;
+    use crate::view::{Scaling, View};
+
+    /// A clock with two faces, over after four steps.
+    struct Clock {
+        spec: EnvironmentSpec,
+        time: usize,
+    }
+
+    impl Environment for Clock {
+        fn spec(&self) -> &EnvironmentSpec {
+            &self.spec
+        }
+        fn reset(&mut self, _seed: u64) -> Result<(), EnvironmentError> {
+            self.time = 0;
+            Ok(())
+        }
+        fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
+            out[0] = self.time as f64 / 10.0 + 0.5 * sensor as f64;
+            Ok(())
+        }
+        fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError> {
+            self.time += 1;
+            let end = if self.time == 4 { End::Terminal } else { End::Running };
+            Ok(Outcome { motor_reward: -(action as f64), end })
+        }
+        fn measures(&self) -> &[f64] {
+            &[]
+        }
+    }
+
+    fn clock() -> Clock {
+        let sensor = |name: &str| SensorSpec {
+            name: name.into(),
+            features: vec![Feature { name: "t".into(), low: 0.0, high: 1.0 }],
+            price: 1.0,
+        };
+        let spec = EnvironmentSpec {
+            id: "Clock-v0".into(),
+            sensors: vec![sensor("a"), sensor("b")],
+            actions: vec!["wait".into(), "pay".into()],
+            horizon: 10,
+            measures: vec![],
+        };
+        Clock { spec, time: 0 }
+    }
+
+    /// The log of six steps of a student that looks at the second face only; episodes end after `limit` steps.
+    fn logged(limit: usize, most: usize) -> Vec<Moment> {
+        let (mut world, mut other) = (clock(), clock());
+        let dims = Dims { inputs: 1, choices: 2 };
+        let learner = || LearnerConfig::Tile(TileConfig::default()).build(dims, 0).unwrap();
+        let member = |s: usize| Member {
+            name: format!("m{s}"),
+            view: View::new(&clock().spec, &[s]),
+            learner: learner(),
+        };
+        let mut members: Vec<Member> = (0..2).map(member).collect();
+        let rule = Rule::Scheduled { slots: IndexSet::EMPTY.with(1), every: 1 };
+        let shape = StudentShape { blocks: vec![1; 2], prices: vec![1.0; 2], actions: 2, rule };
+        let student = Student::new(&CounterfactualConfig::default(), &shape, &Streams::new(1)).unwrap();
+        let mut school = School {
+            environment: &mut world,
+            validation: &mut other,
+            members: &mut members,
+            roster: vec![0, 1],
+            scaling: Scaling::Linear,
+            workers: &Alone,
+            interrupted: &|| false,
+        };
+        let phase = Phase { budget: Budget::Steps(6), ..Phase::evaluation("drive", IndexSet::first(2), 0) };
+        let streams = Streams::new(2);
+        let drive = Drive { student: &student, phase, limit, price_share: 1.0, streams };
+        struct Nobody;
+        impl Observer for Nobody {
+            fn on_step(&mut self, _step: &crate::observe::Step<'_>) {}
+        }
+        log(&mut school, &drive, most, &mut Nobody).unwrap()
+    }
+
+    #[test]
+    fn everything_is_logged_and_only_what_was_attended_was_known() {
+        let moments = logged(10, 100);
+        assert!(moments.len() >= 6, "whole episodes: {}", moments.len());
+        for (step, moment) in moments.iter().enumerate() {
+            let time = (step % 4) as f32 / 10.0;
+            assert_eq!(moment.gaze.attended(), IndexSet::EMPTY.with(1));
+            assert_eq!(moment.gaze.input()[..2], [0.0, time + 0.5], "step {step}");
+            assert_eq!(moment.full[..4], [time, time + 0.5, 1.0, 1.0], "step {step}");
+            assert_eq!(moment.reward, -(moment.action as f64));
+            let after = (step % 4 < 3).then(|| vec![time + 0.1, time + 0.6]);
+            assert_eq!(moment.after.is_some(), after.is_some(), "the world is over after four steps");
+            for (is, should) in moment.after.iter().flatten().zip(after.iter().flatten()) {
+                assert!((is - should).abs() < 1e-6, "step {step}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_drive_that_is_cut_short_goes_on_in_mind_and_old_steps_are_forgotten() {
+        let moments = logged(2, 3);
+        assert_eq!(moments.len(), 3);
+        assert!(moments.iter().all(|m| m.after.is_some()), "nothing was over");
+        assert!(moments.iter().all(|m| m.full[0] < 0.15), "episodes of two steps");
+    }
 }

@@ -75,11 +75,11 @@ impl Tally {
             self.refer_to(top);
         }
         let e = densities(l, self.reference);
-        for lane in 0..LANES {
-            let m = facts.weight(frame, lane) * e[lane];
+        for (lane, &e) in e.iter().enumerate() {
+            let m = facts.weight(frame, lane) * e;
             self.mass[lane] += m;
             self.value[lane] += m * facts.value[lane];
-            self.success[lane] += facts.success[lane] * e[lane];
+            self.success[lane] += facts.success[lane] * e;
         }
     }
 
@@ -116,8 +116,8 @@ pub(super) fn responsibilities(of: (&Mixture, &Frame, &[f64]), scan: &Scan, work
     let (mixture, frame, s) = of;
     mixture.for_each_group(frame, s, |group, l, d2| {
         let mut rho = densities(l, scan.reference);
-        for lane in 0..LANES {
-            rho[lane] *= mixture.facts[group].weight(frame, lane) / scan.mass;
+        for (lane, rho) in rho.iter_mut().enumerate() {
+            *rho *= mixture.facts[group].weight(frame, lane) / scan.mass;
         }
         work.push((rho, *d2));
     });

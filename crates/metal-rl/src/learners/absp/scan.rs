@@ -1,7 +1,7 @@
 //! What all components of one action say about one state: the inner loop of the mixtures.
 //!
-//! Compiled once for any processor and once for 256-bit vectors. Each lane adds its own terms in the order of the
-//! groups, and the lanes are added at the end in one fixed order, so both give the same bits.
+//! Compiled once for any processor and once for 256-bit vectors. Terms are worked out side by side and added one after
+//! the other, in the order of the components, so both give the bits of the plain loop.
 
 use super::frame::Frame;
 use super::gaussians::{LANES, Lane};
@@ -19,6 +19,39 @@ pub(crate) struct Scan {
 }
 
 impl Scan {
+    /// The background alone: uniform density 1, so its log density is 0.
+    #[inline(always)]
+    fn background(frame: &Frame) -> Self {
+        let n0 = frame.background_mass;
+        Self { reference: 0.0, mass: n0, value: n0 * frame.background_value, success: n0 }
+    }
+
+    /// Takes in the components of a group with log densities `l`.
+    #[inline(always)]
+    fn absorb(&mut self, frame: &Frame, l: &Lane, facts: &Facts) {
+        let top = highest(l);
+        if top - self.reference <= NEGLIGIBLE {
+            return;
+        }
+        if top > self.reference {
+            let factor = num::exp(self.reference - top);
+            self.mass *= factor;
+            self.value *= factor;
+            self.success *= factor;
+            self.reference = top;
+        }
+        let e = densities(l, self.reference);
+        let (mut mass, mut value, mut success) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            mass[lane] = facts.weight(frame, lane) * e[lane];
+            value[lane] = mass[lane] * facts.value[lane];
+            success[lane] = facts.success[lane] * e[lane];
+        }
+        self.mass = mass.iter().fold(self.mass, |sum, x| sum + x);
+        self.value = value.iter().fold(self.value, |sum, x| sum + x);
+        self.success = success.iter().fold(self.success, |sum, x| sum + x);
+    }
+
     /// Q(s, a).
     pub fn value(&self) -> f64 {
         self.value / self.mass
@@ -45,69 +78,12 @@ impl Scan {
     }
 }
 
-/// The sums of a [`Scan`] before the lanes are added.
-struct Tally {
-    reference: f64,
-    mass: Lane,
-    value: Lane,
-    success: Lane,
-}
-
-impl Tally {
-    /// The background alone, in the first lane: uniform density 1, so its log density is 0.
-    #[inline(always)]
-    fn background(frame: &Frame) -> Self {
-        let mut tally =
-            Self { reference: 0.0, mass: [0.0; LANES], value: [0.0; LANES], success: [0.0; LANES] };
-        let n0 = frame.background_mass;
-        (tally.mass[0], tally.value[0], tally.success[0]) = (n0, n0 * frame.background_value, n0);
-        tally
-    }
-
-    /// Takes in the components of a group with log densities `l`.
-    #[inline(always)]
-    fn absorb(&mut self, frame: &Frame, l: &Lane, facts: &Facts) {
-        let top = highest(l);
-        if top - self.reference <= NEGLIGIBLE {
-            return;
-        }
-        if top > self.reference {
-            self.refer_to(top);
-        }
-        let e = densities(l, self.reference);
-        for (lane, &e) in e.iter().enumerate() {
-            let m = facts.weight(frame, lane) * e;
-            self.mass[lane] += m;
-            self.value[lane] += m * facts.value[lane];
-            self.success[lane] += facts.success[lane] * e;
-        }
-    }
-
-    /// Raises the reference.
-    #[inline(always)]
-    fn refer_to(&mut self, top: f64) {
-        let factor = num::exp(self.reference - top);
-        for lane in 0..LANES {
-            self.mass[lane] *= factor;
-            self.value[lane] *= factor;
-            self.success[lane] *= factor;
-        }
-        self.reference = top;
-    }
-
-    #[inline(always)]
-    fn total(&self) -> Scan {
-        let [mass, value, success] = [&self.mass, &self.value, &self.success].map(sum);
-        Scan { reference: self.reference, mass, value, success }
-    }
-}
-
 /// Everything about one state in one pass.
 #[multiversion(targets("x86_64+avx2"))]
 pub(super) fn scan(mixture: &Mixture, frame: &Frame, s: &[f64]) -> Scan {
-    let mut tally = Tally::background(frame);
-    mixture.for_each_group(frame, s, |group, l, _| tally.absorb(frame, l, &mixture.facts[group]));
-    tally.total()
+    let mut scan = Scan::background(frame);
+    mixture.for_each_group(frame, s, |group, l, _| scan.absorb(frame, l, &mixture.facts[group]));
+    scan
 }
 
 /// Adds responsibilities and squared distances of all groups to `work`; `scan` is that of the state.
@@ -117,7 +93,7 @@ pub(super) fn responsibilities(of: (&Mixture, &Frame, &[f64]), scan: &Scan, work
     mixture.for_each_group(frame, s, |group, l, d2| {
         let mut rho = densities(l, scan.reference);
         for (lane, rho) in rho.iter_mut().enumerate() {
-            *rho *= mixture.facts[group].weight(frame, lane) / scan.mass;
+            *rho = mixture.facts[group].weight(frame, lane) * *rho / scan.mass;
         }
         work.push((rho, *d2));
     });
@@ -129,7 +105,7 @@ fn densities(l: &Lane, reference: f64) -> Lane {
     let mut e = [0.0; LANES];
     for lane in 0..LANES {
         let x = l[lane] - reference;
-        let power = num::exp_branchless(x);
+        let power = num::exp_of_negative(x);
         e[lane] = if x > NEGLIGIBLE { power } else { 0.0 };
     }
     e
@@ -144,12 +120,6 @@ fn highest(l: &Lane) -> f64 {
         best[lane] = larger(larger(best[lane], l[lane]), l[lane + LANES / 2]);
     }
     larger(larger(best[0], best[2]), larger(best[1], best[3]))
-}
-
-/// Sum of a group.
-#[inline(always)]
-fn sum(x: &Lane) -> f64 {
-    ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }
 
 #[cfg(test)]
@@ -172,7 +142,7 @@ mod tests {
             assert_eq!(top, num::max(&l));
             for (lane, e) in wide(&l, top).into_iter().enumerate() {
                 let x = l[lane] - top;
-                let alone = if x > NEGLIGIBLE { num::exp_branchless(std::hint::black_box(x)) } else { 0.0 };
+                let alone = if x > NEGLIGIBLE { num::exp_of_negative(std::hint::black_box(x)) } else { 0.0 };
                 assert_eq!(e.to_bits(), alone.to_bits(), "{x}");
             }
         }

@@ -6,8 +6,8 @@ use std::process::{Command, ExitCode};
 use xtask::MARK;
 
 /// Benchmarks: package and file.
-const BENCHES: [(&str, &str); 3] =
-    [("metal-worlds", "world"), ("metal-rl", "mind"), ("metal-lab", "decisions")];
+const BENCHES: [(&str, &str); 4] =
+    [("metal-worlds", "world"), ("metal-rl", "mind"), ("metal-rl", "growth"), ("metal-lab", "decisions")];
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();

@@ -1,7 +1,8 @@
 //! The mixtures of all actions: the part that [`super::Absp`] and [`super::super::bayes_mix::BayesMix`] share.
 
 use super::frame::Frame;
-use super::mixture::{Facts, Lesson, Mixture, Scan};
+use super::mixture::{Facts, Lesson, Mixture};
+use super::scan::Scan;
 use crate::learner::{Rate, Sample};
 use crate::num;
 use serde::{Deserialize, Serialize};
@@ -56,7 +57,7 @@ impl Bank {
         self.errors += 1.0;
         self.error_square += (1.0 / self.errors).max(Self::ERROR_RATE) * (error * error - self.error_square);
         let surprise = (error / self.error_variance().sqrt()).clamp(-1.0, 1.0);
-        let success = sample.demonstrated || sample.target >= self.best_value(sample.state);
+        let success = sample.demonstrated || sample.target >= self.best_value(sample, scan.value());
         let lesson = Lesson { state: sample.state, target: sample.target, error, success, rate, surprise };
         self.scratch.resize(self.frame.dims, 0.0);
         let error_variance = self.error_variance();
@@ -68,10 +69,10 @@ impl Bank {
         error
     }
 
-    /// max over actions of Q(s, ·).
-    fn best_value(&self, state: &[f64]) -> f64 {
-        let values = (0..self.mixtures.len()).map(|a| self.scan(a, state).value());
-        values.fold(f64::NEG_INFINITY, f64::max)
+    /// max over actions of Q(s, ·), of which the sample's own action is known.
+    fn best_value(&self, sample: &Sample<'_>, known: f64) -> f64 {
+        let others = (0..self.mixtures.len()).filter(|&a| a != sample.choice);
+        others.map(|a| self.scan(a, sample.state).value()).fold(known, f64::max)
     }
 
     /// ln Σ exp(q/T) N(s) of one action.

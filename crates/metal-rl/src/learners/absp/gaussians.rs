@@ -196,15 +196,19 @@ impl Gaussians {
     ///
     /// `rows` receives the whitened differences y = L⁻¹(s − μ) of full covariances (one row per dimension).
     pub fn distances(&self, group: usize, s: &[f64], rows: &mut [Lane]) -> Lane {
-        if self.full { self.distances_full(group, s, rows) } else { self.distances_diagonal(group, s) }
+        distances(self, group, s, rows)
     }
 
-    fn distances_diagonal(&self, group: usize, s: &[f64]) -> Lane {
+    /// As [`Self::distances`], inlined, for diagonal covariances.
+    #[inline(always)]
+    pub fn distances_diagonal(&self, group: usize, s: &[f64]) -> Lane {
         let range = group * self.dims..(group + 1) * self.dims;
         diagonal_distances(&self.means[range.clone()], &self.inverses[range], s)
     }
 
-    fn distances_full(&self, group: usize, s: &[f64], rows: &mut [Lane]) -> Lane {
+    /// As [`Self::distances`], inlined, for full covariances.
+    #[inline(always)]
+    pub fn distances_full(&self, group: usize, s: &[f64], rows: &mut [Lane]) -> Lane {
         let range = group * self.dims..(group + 1) * self.dims;
         let factors = &self.factors[group * self.rows()..];
         full_distances((&self.means[range.clone()], &self.inverses[range], factors), s, rows)
@@ -230,6 +234,7 @@ impl Gaussians {
     }
 
     /// ln |Σ| of the Gaussians of a group.
+    #[inline(always)]
     pub fn log_dets(&self, group: usize) -> &Lane {
         &self.log_dets[group]
     }
@@ -306,8 +311,14 @@ impl Gaussians {
     }
 }
 
-/// Σ ((s − μ)/σ)² for a group, from means and 1/σ² by dimension.
+/// [`Gaussians::distances`].
 #[multiversion(targets("x86_64+avx2"))]
+fn distances(of: &Gaussians, group: usize, s: &[f64], rows: &mut [Lane]) -> Lane {
+    if of.full { of.distances_full(group, s, rows) } else { of.distances_diagonal(group, s) }
+}
+
+/// Σ ((s − μ)/σ)² for a group, from means and 1/σ² by dimension.
+#[inline(always)]
 fn diagonal_distances(means: &[Lane], inverses: &[Lane], s: &[f64]) -> Lane {
     let mut sum = [0.0; LANES];
     for ((mean, inverse), &x) in means.iter().zip(inverses).zip(s) {
@@ -320,12 +331,15 @@ fn diagonal_distances(means: &[Lane], inverses: &[Lane], s: &[f64]) -> Lane {
 }
 
 /// |y|², y = L⁻¹(s − μ), for a group, from (means, 1/L\[i\]\[i\], lower triangles by rows); y by dimension goes into `rows`.
-#[multiversion(targets("x86_64+avx2"))]
+#[inline(always)]
 fn full_distances(of: (&[Lane], &[Lane], &[Lane]), s: &[f64], rows: &mut [Lane]) -> Lane {
     let (means, inverses, factors) = of;
     let mut sum = [0.0; LANES];
     for (i, &x) in s.iter().enumerate() {
-        let mut y: Lane = means[i].map(|mean| x - mean);
+        let mut y = [0.0; LANES];
+        for lane in 0..LANES {
+            y[lane] = x - means[i][lane];
+        }
         for (l, z) in factors[at(i, 0)..at(i, i)].iter().zip(&rows[..i]) {
             for lane in 0..LANES {
                 y[lane] -= l[lane] * z[lane];

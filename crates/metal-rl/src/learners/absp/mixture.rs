@@ -2,6 +2,7 @@
 
 use super::frame::{Frame, Shape};
 use super::gaussians::{Gaussians, LANES, Lane, MAX_FULL};
+use super::scan::{Scan, responsibilities, scan};
 use crate::learner::Rate;
 use crate::num;
 use serde::{Deserialize, Serialize};
@@ -42,70 +43,6 @@ pub(crate) struct Mixture {
     work: Vec<(Lane, Lane)>,
 }
 
-/// Sums over the components of one action for one state, all times exp(−reference).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Scan {
-    reference: f64,
-    mass: f64,
-    value: f64,
-    success: f64,
-}
-
-impl Scan {
-    /// The background alone: uniform density 1, so its log density is 0.
-    fn background(frame: &Frame) -> Self {
-        let n0 = frame.background_mass;
-        Self { reference: 0.0, mass: n0, value: n0 * frame.background_value, success: n0 }
-    }
-
-    /// Takes in the components of a group with log densities `l`.
-    fn absorb(&mut self, frame: &Frame, l: &[f64], facts: &Facts) {
-        let top = num::max(l);
-        if top > self.reference {
-            let factor = num::exp(self.reference - top);
-            self.mass *= factor;
-            self.value *= factor;
-            self.success *= factor;
-            self.reference = top;
-        }
-        for (lane, &l) in l.iter().enumerate() {
-            let x = l - self.reference;
-            if x > NEGLIGIBLE {
-                let e = num::exp(x);
-                let m = facts.weight(frame, lane) * e;
-                self.mass += m;
-                self.value += m * facts.value[lane];
-                self.success += facts.success[lane] * e;
-            }
-        }
-    }
-
-    /// Q(s, a).
-    pub fn value(&self) -> f64 {
-        self.value / self.mass
-    }
-
-    /// ln of the density of states in which the action succeeded, times its prior.
-    pub fn log_success(&self) -> f64 {
-        self.reference + num::ln(self.success)
-    }
-
-    /// ln of the density of states in which the action was tried, times its prior.
-    pub fn log_mass(&self) -> f64 {
-        self.reference + num::ln(self.mass)
-    }
-
-    /// Responsibility of a component of this weight and log density.
-    fn responsibility(&self, weight: f64, l: f64) -> f64 {
-        weight * num::exp(l - self.reference) / self.mass
-    }
-
-    /// Responsibility of the background.
-    pub fn background_share(&self, frame: &Frame) -> f64 {
-        self.responsibility(frame.background_mass, 0.0)
-    }
-}
-
 /// What one sample tells a mixture.
 #[derive(Clone, Copy)]
 pub(crate) struct Lesson<'a> {
@@ -120,6 +57,7 @@ pub(crate) struct Lesson<'a> {
 }
 
 /// Runs `body` with one row per dimension of working space on the stack: small where that is enough.
+#[inline(always)]
 pub(crate) fn with_rows<T>(full_dims: usize, body: impl FnOnce(&mut [Lane]) -> T) -> T {
     if full_dims <= 8 { body(&mut [[0.0; LANES]; 8]) } else { body(&mut [[0.0; LANES]; MAX_FULL]) }
 }
@@ -132,41 +70,58 @@ impl Mixture {
     }
 
     /// Number of components.
+    #[inline(always)]
     pub fn len(&self) -> usize {
         self.gaussians.len()
     }
 
     /// Components in a group.
+    #[inline(always)]
     fn used(&self, group: usize) -> usize {
         (self.len() - group * LANES).min(LANES)
     }
 
-    /// Calls `each` with (group, log densities, components in use, squared distances) of every group.
-    fn for_each_group(&self, frame: &Frame, s: &[f64], mut each: impl FnMut(usize, &Lane, usize, &Lane)) {
-        let rows_needed = if frame.full { frame.dims } else { 0 };
-        with_rows(rows_needed, |rows| {
+    /// Calls `each` with (group, log densities, squared distances) of every group; places without a component have the
+    /// density 0. Inlined, so that a caller compiled for wide vectors has it wide.
+    #[inline(always)]
+    pub fn for_each_group(&self, frame: &Frame, s: &[f64], mut each: impl FnMut(usize, &Lane, &Lane)) {
+        if frame.full {
+            with_rows(frame.dims, |rows| {
+                for group in 0..self.gaussians.groups() {
+                    let d2 = self.gaussians.distances_full(group, s, rows);
+                    each(group, &self.log_densities(frame, group, &d2), &d2);
+                }
+            });
+        } else {
             for group in 0..self.gaussians.groups() {
-                let d2 = self.gaussians.distances(group, s, rows);
-                let log_dets = self.gaussians.log_dets(group);
-                let l: Lane = std::array::from_fn(|k| frame.log_density(log_dets[k], d2[k]));
-                each(group, &l, self.used(group), &d2);
+                let d2 = self.gaussians.distances_diagonal(group, s);
+                each(group, &self.log_densities(frame, group, &d2), &d2);
             }
-        });
+        }
+    }
+
+    /// Log densities of a group from squared distances.
+    #[inline(always)]
+    fn log_densities(&self, frame: &Frame, group: usize, d2: &Lane) -> Lane {
+        let (mut l, log_dets) = ([0.0; LANES], self.gaussians.log_dets(group));
+        for lane in 0..LANES {
+            l[lane] = frame.log_density(log_dets[lane], d2[lane]);
+        }
+        l[self.used(group)..].fill(f64::NEG_INFINITY);
+        l
     }
 
     /// Everything about one state in one pass.
     pub fn scan(&self, frame: &Frame, s: &[f64]) -> Scan {
-        let mut scan = Scan::background(frame);
-        self.for_each_group(frame, s, |g, l, used, _| scan.absorb(frame, &l[..used], &self.facts[g]));
-        scan
+        scan(self, frame, s)
     }
 
     /// ln Σ exp(q/T) N(s), background included: the Gibbs prior instead of visits.
     pub fn log_gibbs(&self, frame: &Frame, s: &[f64], temperature: f64) -> f64 {
         let mut top = num::ln(frame.background_mass) + frame.background_value / temperature;
         let mut sum = 1.0;
-        self.for_each_group(frame, s, |g, l, used, _| {
-            for (lane, &l) in l[..used].iter().enumerate() {
+        self.for_each_group(frame, s, |g, l, _| {
+            for (lane, &l) in l[..self.used(g)].iter().enumerate() {
                 let x = l + self.facts[g].value[lane] / temperature;
                 if x > top {
                     sum = sum * num::exp(top - x) + 1.0;
@@ -189,8 +144,8 @@ impl Mixture {
     ) -> f64 {
         let scan = self.scan(frame, s);
         let mut sum = scan.background_share(frame) * background;
-        self.for_each_group(frame, s, |g, l, used, _| {
-            for (lane, &l) in l[..used].iter().enumerate() {
+        self.for_each_group(frame, s, |g, l, _| {
+            for (lane, &l) in l[..self.used(g)].iter().enumerate() {
                 if l - scan.reference > NEGLIGIBLE {
                     let weight = self.facts[g].weight(frame, lane);
                     sum += scan.responsibility(weight, l) * of(&self.facts[g], lane);
@@ -204,19 +159,12 @@ impl Mixture {
     fn prepare(&mut self, frame: &Frame, s: &[f64], scan: &Scan) -> bool {
         let mut work = std::mem::take(&mut self.work);
         work.clear();
-        let mut nearest = f64::INFINITY;
-        self.for_each_group(frame, s, |g, l, used, d2| {
-            let mut rho = [0.0; LANES];
-            for lane in 0..used {
-                nearest = nearest.min(d2[lane]);
-                if l[lane] - scan.reference > NEGLIGIBLE {
-                    rho[lane] = scan.responsibility(self.facts[g].weight(frame, lane), l[lane]);
-                }
-            }
-            work.push((rho, *d2));
-        });
+        responsibilities((self, frame, s), scan, &mut work);
+        let nearest = |group: usize, d2: &Lane| num::min(&d2[..self.used(group)]);
+        let nearest = work.iter().enumerate().map(|(group, (_, d2))| nearest(group, d2));
+        let is_novel = frame.is_novel(nearest.fold(f64::INFINITY, f64::min));
         self.work = work;
-        frame.is_novel(nearest)
+        is_novel
     }
 
     /// Learns one sample; `scan` is that of its state, `scratch` has `dims` numbers. True if a component was added.
@@ -309,7 +257,8 @@ impl Facts {
     ];
 
     /// What a component's mass counts in responsibilities.
-    fn weight(&self, frame: &Frame, lane: usize) -> f64 {
+    #[inline(always)]
+    pub fn weight(&self, frame: &Frame, lane: usize) -> f64 {
         self.mass[lane].min(frame.most_mass)
     }
 

@@ -16,6 +16,7 @@ mod frame;
 mod gaussians;
 mod merge;
 mod mixture;
+mod scan;
 
 use super::frozen;
 use super::settings::{POSITIVE, Settings};
@@ -288,7 +289,7 @@ impl Absp {
     }
 
     /// ln of an action's support before normalisation, for the rules that read it off a scan.
-    fn log_support(&self, scan: &mixture::Scan) -> f64 {
+    fn log_support(&self, scan: &scan::Scan) -> f64 {
         if self.config.dos == DosRule::Density { scan.log_mass() } else { scan.log_success() }
     }
 }

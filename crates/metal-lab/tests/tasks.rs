@@ -103,7 +103,7 @@ fn a_critic_learns_a_task_of_many_steps_and_is_saved_like_any_other() {
     let method = serde_json::from_str(r#""critic""#).unwrap();
     let recipe = Recipe { fusion: 0, attention: 4000, method, ..Recipe::default() };
     let mind = learn(&task, &recipe, &Streams::new(3), &mut Unobserved).unwrap();
-    assert_eq!(mind.recipe.method, AttentionMethod::many_steps(4000));
+    assert_eq!(mind.recipe.method, AttentionMethod::many_steps(4000, mind.spec.horizon));
     let path = temporary("critic.safetensors");
     save(&mind, &path, 3, std::collections::BTreeMap::new()).unwrap();
     let (thawed, _) = load(&path).unwrap();

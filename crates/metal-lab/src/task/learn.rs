@@ -84,7 +84,7 @@ impl School<'_> {
         phase.exploration = mind.recipe.attention_exploration;
         let controller = match &mind.recipe.method {
             AttentionMethod::Counterfactual(config) => {
-                let config = mind.recipe.counterfactual(config);
+                let config = config.clone();
                 Controller::Counterfactual(Box::new(self.counterfactual(mind, &config, &phase)?))
             }
             AttentionMethod::Auto | AttentionMethod::Critic | AttentionMethod::Values(_) => {

@@ -25,14 +25,14 @@ const FEWEST_ITERATIONS: usize = 8;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AttentionMethod {
-    /// What suits the task: counterfactual policy iteration for tasks of one step, such as tables, where a world can be
-    /// copied; the paper's values elsewhere.
+    /// What suits the task: counterfactual policy iteration, by roll-outs in tasks of one step, such as tables, and by a critic
+    /// in tasks of many; the paper's values for tasks of one step whose world cannot be copied.
     Auto,
     /// Counterfactual policy iteration by a critic, with the settings of [`AttentionMethod::many_steps`].
     Critic,
     /// The paper's: values of looks and moves, Eqs. (8)-(11).
     Values(ValuesMethod),
-    /// Counterfactual policy iteration, for worlds that can be copied; its discount is that of the recipe.
+    /// Counterfactual policy iteration with settings of one's own, its discount among them.
     Counterfactual(CounterfactualConfig),
 }
 
@@ -93,12 +93,12 @@ impl AttentionMethod {
     }
 
     /// Counterfactual policy iteration by a critic, for tasks of many steps and worlds that nobody can copy, in a phase
-    /// of so many motor steps. Settings were chosen on CartPole and the puddle world. The tests in which iterates are compared come on
-    /// top of the steps: ten episodes after each of up to 40 iterations.
+    /// of so many motor steps, tests of iterates included. Settings were chosen on CartPole, seeds 1 and 2.
     #[must_use]
-    pub fn many_steps(steps: usize) -> Self {
+    pub fn many_steps(steps: usize, horizon: usize) -> Self {
         const ITERATIONS: usize = 40;
-        let iterations = (steps / STEPS_PER_ITERATION).clamp(FEWEST_ITERATIONS, ITERATIONS);
+        // Half of an iteration is its test, which should see a whole run.
+        let iterations = (steps / STEPS_PER_ITERATION.max(2 * horizon)).clamp(FEWEST_ITERATIONS, ITERATIONS);
         let fits =
             |most: usize| (steps * most / (ITERATIONS * STEPS_PER_ITERATION)).clamp(FEWEST_BATCHES, most);
         let critic = CriticConfig { batches: fits(3000), ..CriticConfig::default() };
@@ -107,17 +107,22 @@ impl AttentionMethod {
             judge: JudgeConfig::Critic(critic),
             memory: MemoryConfig { looks: 1, steps: 8, actions: 1 },
             iterations,
+            gamma: 0.99,
+            thrifty: true,
             // Whoever cannot drive with open eyes does not know what is worth looking at.
-            wide_eyed: iterations / 10,
-            price_ramp: iterations / 4,
+            wide_eyed: iterations * 3 / 10,
+            first_price: -0.5,
+            price_ramp: iterations * 9 / 20,
             // Tasks that are over only when something is reached are not learned in their first steps.
             first_drives: 0,
             dismissal: 0.0,
-            validation_runs: 10,
             fit: FitConfig {
                 batches: fits(5000),
                 looks_per_sample: 1,
                 own_looks: 0.5,
+                open_eyes: 0.8,
+                relative: true,
+                standardize: true,
                 unit: Unit::MeanAbsolute,
                 ..FitConfig::default()
             },
@@ -125,23 +130,27 @@ impl AttentionMethod {
         })
     }
 
-    /// The method itself in place of [`AttentionMethod::Auto`] and [`AttentionMethod::Critic`], for a phase of so many motor steps: whoever sees little
-    /// need not fit long.
+    /// The method itself in place of [`AttentionMethod::Auto`] and [`AttentionMethod::Critic`], for a phase of so many motor
+    /// steps: whoever sees little need not fit long.
     pub(super) fn for_world(self, task: &dyn Task, world: &dyn Environment, steps: usize) -> Self {
-        if self == Self::Critic {
-            return Self::many_steps(steps);
+        let horizon = world.spec().horizon;
+        match self {
+            Self::Critic => Self::many_steps(steps, horizon),
+            Self::Auto if horizon > 1 => Self::many_steps(steps, horizon),
+            // Worlds that may be used by one thread only are somebody else's: roll-outs would read all their sensors, which
+            // may cost real time.
+            Self::Auto if !task.is_parallel() || world.fork().is_none() => {
+                Self::Values(ValuesMethod::default())
+            }
+            Self::Auto => {
+                let mut method = Self::one_step();
+                if let Self::Counterfactual(config) = &mut method {
+                    config.fit.batches = (steps / STEPS_PER_BATCH).clamp(FEWEST_BATCHES, config.fit.batches);
+                }
+                method
+            }
+            chosen => chosen,
         }
-        if self != Self::Auto {
-            return self;
-        }
-        // Worlds that may be used by one thread only are somebody else's: roll-outs would read all their sensors, which may
-        // cost real time.
-        let rolled_out = world.spec().horizon == 1 && task.is_parallel() && world.fork().is_some();
-        let mut method = if rolled_out { Self::one_step() } else { Self::Values(ValuesMethod::default()) };
-        if let Self::Counterfactual(config) = &mut method {
-            config.fit.batches = (steps / STEPS_PER_BATCH).clamp(FEWEST_BATCHES, config.fit.batches);
-        }
-        method
     }
 
     /// Refuses what cannot be carried out.

@@ -121,7 +121,7 @@ impl Learned {
     /// If the bytes are damaged or belong to another task.
     pub(super) fn thaw_controller(&self, bytes: &[u8]) -> Result<Controller, LearnerError> {
         if let AttentionMethod::Counterfactual(config) = &self.recipe.method {
-            return self.thaw_student(&self.recipe.counterfactual(config), bytes);
+            return self.thaw_student(config, bytes);
         }
         let values = self.recipe.method.values();
         let learner = values.learner.thaw(bytes)?;

@@ -2,7 +2,6 @@
 
 use super::method::AttentionMethod;
 use crate::plan::PlanError;
-use metal_rl::counterfactual::CounterfactualConfig;
 use metal_rl::environment::Environment;
 use metal_rl::explore::Schedule;
 use metal_rl::fuse::Fuser;
@@ -141,10 +140,5 @@ impl Recipe {
             self.credit.lambda = 0.0;
         }
         self
-    }
-
-    /// The settings of counterfactual policy iteration, with the recipe's discount.
-    pub(super) fn counterfactual(&self, config: &CounterfactualConfig) -> CounterfactualConfig {
-        CounterfactualConfig { gamma: self.credit.gamma, ..config.clone() }
     }
 }

@@ -90,6 +90,9 @@ pub struct FitConfig {
     pub more_than_allowed: bool,
     /// Looks that are given a target in each sample.
     pub looks_per_sample: usize,
+    /// Whether a look is valued against moving at once on the same state: what they have in common, most of it noise, cancels.
+    /// Else both are valued for themselves.
+    pub relative: bool,
     /// Share of the labels of the state itself, against the teacher's expectation, in what is known after a look, in
     /// [0, 1]. An expectation that learned a state by heart overrates looks; the labels do not.
     pub lambda: f64,
@@ -102,6 +105,9 @@ pub struct FitConfig {
     pub averaged: f64,
     /// What advantages are measured in; the optimiser's clip is in this unit.
     pub unit: Unit,
+    /// Whether readings are taken in units of their own spread, as they were seen until looks cost their full price; else
+    /// in those of the members' views.
+    pub standardize: bool,
     /// The step size of the optimiser falls to this share of itself over a fit, in (0, 1].
     pub final_rate: f64,
 }
@@ -116,11 +122,13 @@ impl Default for FitConfig {
             open_eyes: 0.0,
             more_than_allowed: false,
             looks_per_sample: 2,
+            relative: false,
             lambda: 1.0,
             inexact: 0.1,
             weight_decay: 0.1,
             averaged: 0.3,
             unit: Unit::default(),
+            standardize: false,
             final_rate: 0.02,
         }
     }
@@ -169,6 +177,14 @@ pub struct CounterfactualConfig {
     pub wide_eyed: usize,
     /// Iterations after them over which the price of looking that is learned from rises from 0 to the true one.
     pub price_ramp: usize,
+    /// The share of its price that a look costs in the first iterations, from which it rises; below 0, looks are paid for: a
+    /// student that sees no difference yet looks rather than not.
+    pub first_price: f64,
+    /// Whether nothing is taken for granted, where every motor step counts: the steps of validations are part of the budget,
+    /// and the judge may learn from them; iterates are compared with the error of the comparison; the price rises only
+    /// while the student keeps up, and what was judged for a student that was given up is forgotten; the best iterates are
+    /// tested once more at the end.
+    pub thrifty: bool,
     /// Half-way through the iterations, if looks cost their full price by then, members that get less than this share of all
     /// looks are dismissed, in [0, 1), but for the one that gets most: the fewer there are to choose from, the better the
     /// choice is learned. 0: nobody is.
@@ -202,6 +218,8 @@ impl Default for CounterfactualConfig {
             gamma: 0.93,
             wide_eyed: 2,
             price_ramp: 5,
+            first_price: 0.0,
+            thrifty: false,
             dismissal: 0.05,
             tolerance: 0.1,
             validation_runs: 100,
@@ -256,6 +274,8 @@ impl CounterfactualConfig {
         within("gamma", self.gamma, (0.0..1.0).contains(&self.gamma), "must be in [0, 1)")?;
         count("wide_eyed", self.wide_eyed, 0..=10_000)?;
         count("price_ramp", self.price_ramp, 0..=10_000)?;
+        let first = self.first_price;
+        within("first_price", first, (-10.0..=1.0).contains(&first), "must be -10 to 1")?;
         let dismissal = self.dismissal;
         within("dismissal", dismissal, (0.0..1.0).contains(&dismissal), "must be in [0, 1)")?;
         within("tolerance", self.tolerance, self.tolerance >= 0.0, "must be at least 0")?;

@@ -39,6 +39,10 @@ pub struct CriticConfig {
     pub batch: usize,
     /// Training steps between copies of the networks that targets are computed with.
     pub refresh: usize,
+    /// The step size of the optimiser falls to this share of itself over an iteration's training, in (0, 1].
+    pub final_rate: f64,
+    /// Share at the end of an iteration's training over which weights are averaged, in [0, 1).
+    pub averaged: f64,
     /// Moments, drawn from all that are kept, that are labelled for the student in each iteration, at most.
     pub labels: usize,
 }
@@ -53,6 +57,8 @@ impl Default for CriticConfig {
             batches: 4000,
             batch: 64,
             refresh: 100,
+            final_rate: 0.1,
+            averaged: 0.3,
             labels: 20_000,
         }
     }
@@ -83,6 +89,7 @@ struct Networks {
     value: Network,
     advantage: Network,
     unit: f64,
+    centre: f64,
     advantage_unit: f64,
 }
 
@@ -93,13 +100,13 @@ impl Networks {
             let widths: Vec<usize> = std::iter::once(width).chain(hidden).chain([outputs]).collect();
             Network::new(&widths, config.activation, config.adam, rng)
         };
-        Self { value: network(1), advantage: network(actions), unit: 1.0, advantage_unit: 1.0 }
+        Self { value: network(1), advantage: network(actions), unit: 1.0, centre: 0.0, advantage_unit: 1.0 }
     }
 
     fn value(&self, input: &[f32]) -> f64 {
         let mut out = [0.0];
         self.value.forward(input, &mut out);
-        self.unit * f64::from(out[0])
+        self.centre + self.unit * f64::from(out[0])
     }
 
     fn advantages(&self, input: &[f32], raw: &mut [f32], out: &mut [f64]) {
@@ -110,10 +117,11 @@ impl Networks {
     }
 
     /// Changes the units; what was learned stays the same.
-    fn set_units(&mut self, value: f64, advantage: f64) {
-        self.value.rescale_outputs((self.unit / value) as f32, 0.0);
+    fn set_units(&mut self, (centre, value): (f64, f64), advantage: f64) {
+        let shift = (self.centre - centre) / value;
+        self.value.rescale_outputs((self.unit / value) as f32, shift as f32);
         self.advantage.rescale_outputs((self.advantage_unit / advantage) as f32, 0.0);
-        (self.unit, self.advantage_unit) = (value, advantage);
+        (self.centre, self.unit, self.advantage_unit) = (centre, value, advantage);
     }
 }
 
@@ -133,13 +141,22 @@ impl Critic {
         Self { config, moments: VecDeque::new(), networks: None, streams: *streams, drives: 0 }
     }
 
+    /// Adds to the log, which forgets its oldest moments.
+    fn learn_by_heart(&mut self, moments: Vec<Moment>) {
+        self.moments.extend(moments);
+        while self.moments.len() > self.config.capacity {
+            self.moments.pop_front();
+        }
+    }
+
     /// What no future can be worth more or less than, by the rewards seen: networks that are asked where nothing was seen
     /// say anything, and would believe each other.
     fn bounds(&self, drive: &Drive<'_>) -> (f64, f64) {
         let prices: f64 = drive.student.prices().iter().sum();
         let rewards = self.moments.iter().map(|m| m.reward);
-        let low = rewards.clone().fold(0.0, f64::min) - drive.price_share * prices;
-        let high = rewards.fold(0.0, f64::max);
+        let price = drive.price_share * prices;
+        let low = rewards.clone().fold(0.0, f64::min) - price.max(0.0);
+        let high = rewards.fold(0.0, f64::max) - price.min(0.0);
         let steps = 1.0 / (1.0 - drive.student.config().gamma);
         (low * steps, high * steps)
     }
@@ -152,14 +169,11 @@ impl Judge for Critic {
         drive: &Drive<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Labels, CounterfactualError> {
-        self.moments.extend(log(school, drive, self.config.capacity, observer)?);
-        while self.moments.len() > self.config.capacity {
-            self.moments.pop_front();
-        }
+        self.learn_by_heart(log(school, drive, self.config.capacity, observer)?);
         self.drives += 1;
         let streams = self.streams.nth(self.drives);
         if self.moments.is_empty() {
-            return Ok(Labels { judged: Vec::new(), rolled_steps: 0, replace: true });
+            return Ok(Labels { judged: Vec::new(), rolled_steps: 0 });
         }
         let shape = (drive.student.layout().width(), drive.student.actions());
         let newborn = || Networks::new(&self.config, shape, &mut self.streams.stream("weights"));
@@ -168,7 +182,21 @@ impl Judge for Critic {
         desk.fit(&self.config, &self.moments);
         let judged = desk.judge_some(self.config.labels, &self.moments);
         self.networks = Some(desk.networks);
-        Ok(Labels { judged, rolled_steps: 0, replace: true })
+        Ok(Labels { judged, rolled_steps: 0 })
+    }
+
+    /// Nothing that is seen is wasted: greedy drives are those in which values are learned best.
+    fn watch(
+        &mut self,
+        school: &mut School<'_>,
+        drive: &Drive<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<(), CounterfactualError> {
+        std::mem::swap(&mut school.environment, &mut school.validation);
+        let seen = log(school, drive, self.config.capacity, observer);
+        std::mem::swap(&mut school.environment, &mut school.validation);
+        self.learn_by_heart(seen?);
+        Ok(())
     }
 }
 
@@ -244,6 +272,9 @@ impl<'a> Desk<'a> {
     fn at(&mut self, moment: &Moment, looks: IndexSet) {
         self.input.copy_from_slice(&moment.full);
         self.student.layout().mark(looks, &mut self.input);
+        if let Some(units) = self.student.units() {
+            units.apply_to_all(self.student.layout(), &mut self.input);
+        }
     }
 
     /// The move that the student prefers at a moment after `looks`.
@@ -272,6 +303,9 @@ impl<'a> Desk<'a> {
         }
         self.next.copy_from_slice(self.gaze.input());
         layout.readings_of_mut(&mut self.next).copy_from_slice(after);
+        if let Some(units) = self.student.units() {
+            units.apply_to_all(layout, &mut self.next);
+        }
         let future =
             (teacher.value(&self.next) - self.price_share * price).clamp(self.bounds.0, self.bounds.1);
         moment.reward + self.student.config().gamma * future
@@ -281,9 +315,14 @@ impl<'a> Desk<'a> {
     fn fit(&mut self, config: &CriticConfig, moments: &VecDeque<Moment>) {
         self.set_units(moments);
         let mut page = Page::new(config.batch, (self.input.len(), self.advantages.len()));
+        let mut average: Option<(Networks, usize)> = None;
         for start in (0..config.batches).step_by(config.refresh) {
             let teacher = self.networks.clone();
-            for _ in start..(start + config.refresh).min(config.batches) {
+            for batch in start..(start + config.refresh).min(config.batches) {
+                let progress = batch as f64 / config.batches as f64;
+                let rate = config.adam.learning_rate * num::pow(config.final_rate, progress) as f32;
+                self.networks.value.set_learning_rate(rate);
+                self.networks.advantage.set_learning_rate(rate);
                 page.moves.weights.fill(0.0);
                 for row in 0..config.batch {
                     let moment = &moments[self.rng.below(moments.len())];
@@ -291,7 +330,16 @@ impl<'a> Desk<'a> {
                 }
                 self.networks.value.train_batch(&page.batch(&page.values));
                 self.networks.advantage.train_batch(&page.batch(&page.moves));
+                if progress >= 1.0 - config.averaged {
+                    let (average, count) = average.get_or_insert_with(|| (self.networks.clone(), 0));
+                    *count += 1;
+                    average.value.blend(&self.networks.value, 1.0 / *count as f32);
+                    average.advantage.blend(&self.networks.advantage, 1.0 / *count as f32);
+                }
             }
+        }
+        if let Some((average, _)) = average {
+            self.networks = average;
         }
     }
 
@@ -301,7 +349,8 @@ impl<'a> Desk<'a> {
         let (value, advantage) = self.targets(moment, looks, teacher);
         let width = self.input.len();
         page.inputs[row * width..(row + 1) * width].copy_from_slice(&self.input);
-        page.values.targets[row] = (value.unwrap_or(0.0) / self.networks.unit) as f32;
+        page.values.targets[row] =
+            ((value.unwrap_or(0.0) - self.networks.centre) / self.networks.unit) as f32;
         page.values.weights[row] = f32::from(u8::from(value.is_some()));
         let place = row * self.advantages.len() + moment.action;
         page.moves.targets[place] = (advantage / self.networks.advantage_unit) as f32;
@@ -328,17 +377,20 @@ impl<'a> Desk<'a> {
         const SAMPLE: usize = 1000;
         let teacher = self.networks.clone();
         let unit = self.student.config().fit.unit;
-        let (mut values, mut advantages) = (Mean::default(), Mean::default());
+        let (mut values, mut squares, mut advantages) = (Mean::default(), Mean::default(), Mean::default());
         for _ in 0..SAMPLE {
             let moment = &moments[self.rng.below(moments.len())];
             let (value, advantage) = self.targets(moment, moment.gaze.attended(), &teacher);
             if let Some(value) = value {
-                values.add(value * value);
+                values.add(value);
+                squares.add(value * value);
             }
             advantages.add(unit.size(advantage));
         }
-        let (value, advantage) = (values.mean().sqrt(), unit.of(advantages.mean()));
-        self.networks.set_units(value.max(SMALLEST), advantage.max(SMALLEST));
+        let centre = values.mean();
+        let spread = (squares.mean() - centre * centre).max(0.0).sqrt();
+        let advantage = unit.of(advantages.mean());
+        self.networks.set_units((centre, spread.max(SMALLEST)), advantage.max(SMALLEST));
     }
 
     /// Labels for at most `most` moments, drawn at random.

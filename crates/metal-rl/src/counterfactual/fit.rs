@@ -178,6 +178,7 @@ impl Lesson {
             for _ in 0..teacher.config().fit.looks_per_sample {
                 self.label_look(row, (judged, mask), teacher, price_share);
             }
+            self.to_units(row, teacher);
         }
     }
 
@@ -187,6 +188,14 @@ impl Lesson {
         for row in 0..self.rows {
             let (judged, _) = self.draw(row, teacher, data);
             self.label((row, 0), (judged.value - scale.centre) / scale.value, 1.0);
+            self.to_units(row, teacher);
+        }
+    }
+
+    /// Brings a row to the student's units, in which its networks see it.
+    fn to_units(&mut self, row: usize, student: &Student) {
+        if let Some(units) = student.units() {
+            units.apply(student.layout(), &mut self.inputs[row * self.width..(row + 1) * self.width]);
         }
     }
 
@@ -217,9 +226,20 @@ impl Lesson {
             return;
         }
         let Some(slot) = open.iter().nth(self.rng.below(open.len())) else { return };
+        let (now, weight) = self.move_now(row, (judged, mask), teacher);
         let work = (&mut self.masked[..], &mut self.scratch);
         let worth = look_worth(teacher, judged, (mask, slot), price_share, work);
-        self.label((row, teacher.actions() + slot), worth / teacher.scale().advantage, 1.0);
+        self.label((row, teacher.actions() + slot), (worth - now) / teacher.scale().advantage, weight);
+    }
+
+    /// What looks are valued against at a row, and how much such a label counts: what moving at once was worth, or nothing.
+    fn move_now(&mut self, row: usize, (judged, mask): (&Judged, IndexSet), teacher: &Student) -> (f64, f32) {
+        if !teacher.config().fit.relative {
+            return (0.0, 1.0);
+        }
+        teacher.evaluate(&self.inputs[row * self.width..(row + 1) * self.width], &mut self.scratch);
+        let (worth, exact) = judged.stop(mask, teacher.best_move(&self.scratch));
+        (worth, if exact { 1.0 } else { teacher.config().fit.inexact as f32 })
     }
 
     /// The looks through which a state is seen: those of the rule; else some that the teacher would take itself, or
@@ -290,7 +310,7 @@ fn look_worth(
         teacher.layout().mask(&judged.full, after, masked);
         teacher.evaluate(masked, scratch);
         let look = teacher.preferred_look(after, scratch);
-        let best = look.map_or(scratch.values[teacher.stop()], |(_, worth)| worth) - spent;
+        let best = teacher.expected(look, scratch) - spent;
         let expected = *expected.get_or_insert(best);
         if lambda <= 0.0 {
             return expected;

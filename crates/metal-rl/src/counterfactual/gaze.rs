@@ -79,6 +79,23 @@ impl Layout {
         start..start + self.block(slot).len()
     }
 
+    /// Whether the reading of `slot` was looked at, in an input.
+    #[must_use]
+    pub fn is_seen(&self, slot: usize, input: &[f32]) -> bool {
+        input[self.bit(slot)] > 0.0
+    }
+
+    /// Whether the `depth`-th last reading of `slot` is remembered in an input, and where.
+    pub(super) fn memory(&self, slot: usize, depth: usize, input: &[f32]) -> Option<std::ops::Range<usize>> {
+        let place = self.remembered(slot, depth);
+        (input[place.end] > 0.0).then_some(place)
+    }
+
+    /// How many earlier readings of each slot are remembered.
+    pub(super) fn depth(&self) -> usize {
+        self.memory.looks
+    }
+
     fn actions_at(&self) -> usize {
         (self.readings() + self.slots()) * (1 + self.memory.looks)
     }

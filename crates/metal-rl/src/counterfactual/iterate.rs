@@ -1,24 +1,25 @@
 //! The iterations: drive, judge, fit, test on a validation stream, and keep the best student.
 
 use super::config::CounterfactualConfig;
+use super::diary::{Iterate, best, finalists};
 use super::fit::{fit, scale};
 use super::judge::{Drive, Judge, Judged, Labels, Workers};
+use super::purse::Purse;
 use super::rule::{LookRule, UnknownMember};
 use super::student::{Student, StudentShape};
+use super::trial::{Spread, Tally, trial};
+use super::units::Units;
 use crate::decision::Encoding;
 use crate::environment::{Environment, EnvironmentError};
 use crate::explore::{Exploration, Schedule};
 use crate::learner::LearnerError;
 use crate::member::Member;
-use crate::num;
-use crate::observe::{Observer, Step};
+use crate::observe::Observer;
 use crate::phase::{Budget, Phase};
 use crate::policies::Counterfactual;
 use crate::random::Streams;
-use crate::run::{Stage, run};
 use crate::set::IndexSet;
 use crate::view::Scaling;
-use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// Where a student is taught.
@@ -59,52 +60,6 @@ pub enum CounterfactualError {
     /// Somebody wanted to stop.
     #[error("interrupted")]
     Interrupted,
-}
-
-/// One iteration in numbers. Costs are means per motor step of the greedy student on the validation stream, at true
-/// prices.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Iterate {
-    /// Motor steps the student drove itself to be taught.
-    pub own_steps: usize,
-    /// Motor steps of roll-outs in copies of the world.
-    pub rolled_steps: usize,
-    /// Motor steps of the validation.
-    pub validation_steps: usize,
-    /// Share of the price of looking that was learned from.
-    pub price_share: f64,
-    /// Share of this iteration's judged moments at which no move made much of a difference.
-    pub idle: f64,
-    /// Mean loss at the end of the fit, in units of the labels' spread.
-    pub loss: f64,
-    /// Motor reward and prices together.
-    pub total: f64,
-    /// Motor reward.
-    pub motor: f64,
-    /// Looks.
-    pub looks: f64,
-    /// Motor steps of a run of the validation, mean.
-    #[serde(default = "one")]
-    pub run_steps: f64,
-}
-
-/// Runs of equal length may be compared step by step.
-fn one() -> f64 {
-    1.0
-}
-
-impl Iterate {
-    /// What a run would earn if a look cost this share of its price. Per run, not per step: where a world can end, who
-    /// lives twice as long as another at the same reward per step is twice as good.
-    fn at_price(&self, share: f64) -> f64 {
-        self.run_steps * (self.motor + share * (self.total - self.motor))
-    }
-}
-
-/// The iterate that would be best if a look cost this share of its price; the earlier one wins a tie.
-fn best(diary: &[Iterate], share: f64) -> usize {
-    let costs: Vec<f64> = diary.iter().map(|i| i.at_price(share)).collect();
-    num::argmax(&costs)
 }
 
 /// Who left school.
@@ -157,6 +112,9 @@ pub fn iterate(
         diary: Vec::new(),
         past: Vec::new(),
         judge: config.judge.build(school.workers, &streams.child("judge")),
+        purse: Purse::new(phase, config, school.environment.spec().horizon),
+        spread: Spread::default(),
+        held: 0,
         streams: *streams,
     };
     for iteration in 0..config.iterations {
@@ -168,19 +126,29 @@ pub fn iterate(
             break;
         }
     }
+    if config.thrifty {
+        course.finals(school, phase)?;
+    }
     let best = best(&course.diary, 1.0);
     let student = course.past.into_iter().nth(best).unwrap_or(course.student);
     let policy = Counterfactual::new(student, school.roster.clone());
     Ok(Graduate { policy, diary: course.diary, best })
 }
 
+/// Labels, and the iteration whose drive they come from.
+type Lesson = (usize, Vec<Judged>);
+
 /// A student on its way.
 struct Course<'a> {
     judge: Box<dyn Judge + 'a>,
     student: Student,
-    window: VecDeque<Vec<Judged>>,
+    window: VecDeque<Lesson>,
     diary: Vec<Iterate>,
     past: Vec<Student>,
+    purse: Purse,
+    spread: Spread,
+    /// Iterations in which the student kept up.
+    held: usize,
     streams: Streams,
 }
 
@@ -195,44 +163,60 @@ impl Course<'_> {
         let config = self.student.config().clone();
         let streams = self.streams.nth(iteration as u64);
         let horizon = school.environment.spec().horizon;
-        let own = own_drive(phase, (iteration, config.iterations), horizon);
-        let Budget::Steps(own_steps) = own.budget else { unreachable!("own drives are counted in steps") };
+        let own_steps = self.purse.own(iteration);
+        let own = own_drive(phase, (iteration, config.iterations), own_steps);
         let limit = drive_limit((iteration, config.iterations), config.first_drives, horizon);
         self.student.set_wide_eyed(iteration < config.wide_eyed_iterations());
-        let price_share = price_share(iteration, (config.wide_eyed_iterations(), config.price_ramp));
+        let price_share = self.price_share(&config, iteration);
         let drive =
             Drive { student: &self.student, phase: own, limit, price_share, streams: streams.child("drive") };
-        let Labels { judged, rolled_steps, replace } = self.judge.labels(school, &drive, observer)?;
+        let Labels { judged, rolled_steps } = self.judge.labels(school, &drive, observer)?;
         let idle = idle(&judged);
-        self.remember(judged, if replace { 1 } else { config.window });
-        let data: Vec<&Judged> = self.window.iter().flatten().collect();
+        self.remember(iteration, judged, config.window);
+        let data: Vec<&Judged> = self.window.iter().flat_map(|(_, judged)| judged).collect();
         if data.is_empty() {
             return Ok(());
         }
         self.student.set_scale(scale(&data, config.fit.unit));
+        if config.fit.standardize && (iteration == 0 || price_share < 1.0) {
+            let full = data.iter().map(|judged| &judged.full[..]);
+            self.student.set_units(Units::of(self.student.layout(), full));
+        }
         let loss = fit(&mut self.student, &data, price_share, &streams.child("fit"));
-        let tally = self.validate(school, phase, config.validation_runs)?;
+        let tally = self.validate(school, phase)?;
         if iteration == config.iterations / 2 && price_share >= 1.0 && iteration + 1 < config.iterations {
             self.student.keep(kept(&tally.asked, self.student.kept(), config.dismissal));
         }
-        let mean = |sum: f64| sum / tally.steps.max(1) as f64;
+        let (sum, runs) = (tally.sum(), tally.runs.len());
+        let mean = |all: f64| all / sum.steps.max(1) as f64;
+        self.spread.add(&tally.runs);
         self.note(Iterate {
             own_steps,
             rolled_steps,
-            validation_steps: tally.steps,
+            validation_steps: sum.steps,
             price_share,
             idle,
             loss,
-            total: mean(tally.motor - tally.price),
-            motor: mean(tally.motor),
-            looks: mean(tally.looks as f64),
-            run_steps: tally.steps as f64 / config.validation_runs as f64,
+            total: mean(sum.motor - sum.price),
+            motor: mean(sum.motor),
+            looks: mean(sum.looks as f64),
+            run_steps: sum.steps as f64 / runs.max(1) as f64,
+            runs,
+            error: if config.thrifty { self.spread.error(runs) } else { 0.0 },
         });
         Ok(())
     }
 
-    fn remember(&mut self, judged: Vec<Judged>, window: usize) {
-        self.window.push_back(judged);
+    /// The share of its price that a look costs: by the clock, or by how often the student kept up.
+    fn price_share(&self, config: &CounterfactualConfig, iteration: usize) -> f64 {
+        let free = config.wide_eyed_iterations();
+        let at = if config.thrifty { iteration.min(free + self.held) } else { iteration };
+        let risen = price_share(at, (free, config.price_ramp));
+        config.first_price + (1.0 - config.first_price) * risen
+    }
+
+    fn remember(&mut self, iteration: usize, judged: Vec<Judged>, window: usize) {
+        self.window.push_back((iteration, judged));
         while self.window.len() > window {
             self.window.pop_front();
         }
@@ -248,9 +232,14 @@ impl Course<'_> {
         }
         let share = iterate.price_share;
         let best = free + best(&self.diary[free..], share);
-        let record = self.diary[best].at_price(share);
-        if iterate.at_price(share) < record - self.student.config().tolerance * record.abs() {
+        if iterate.is_worse_than(&self.diary[best], share, self.student.config().tolerance) {
             self.student = self.past[best].clone();
+            if self.student.config().thrifty {
+                // What comes after the best was judged for students that were given up.
+                self.window.retain(|(iteration, _)| *iteration <= best + 1);
+            }
+        } else {
+            self.held += 1;
         }
     }
 
@@ -261,25 +250,34 @@ impl Course<'_> {
         patience > 0 && later.iter().filter(|i| i.price_share >= 1.0).count() >= patience
     }
 
-    /// The greedy student on the validation stream, the same for every iterate.
-    fn validate(
-        &self,
-        school: &mut School<'_>,
-        phase: &Phase,
-        runs: usize,
-    ) -> Result<Tally, EnvironmentError> {
-        let mut driver = Counterfactual::new(self.student.clone(), school.roster.clone());
-        let mut stage = Stage {
-            environment: &mut *school.validation,
-            members: &mut *school.members,
-            policy: &mut driver,
-            scaling: school.scaling,
-        };
-        let mut tally = Tally { roster: school.roster.clone(), ..Tally::default() };
-        tally.asked.resize(school.roster.len(), 0);
-        let test = Phase::evaluation("validation", phase.roster, runs);
-        run(&mut stage, &test, &self.streams.child("validation"), &mut tally)?;
+    /// The greedy student on the validation stream, the same for every iterate; where steps are dear, as far as they go.
+    fn validate(&mut self, school: &mut School<'_>, phase: &Phase) -> Result<Tally, CounterfactualError> {
+        let mut streams = self.streams.child("validation");
+        if self.student.config().thrifty {
+            // Tests of a run or two would prefer whoever is good at these.
+            streams = streams.nth(self.diary.len() as u64);
+        }
+        let test = (&self.student, phase, self.purse.test());
+        let (tally, spent) = trial(school, self.judge.as_mut(), test, &streams)?;
+        self.purse.pay(spent);
         Ok(tally)
+    }
+
+    /// The best iterates once more, on other starts than before, for what is left of the budget.
+    fn finals(&mut self, school: &mut School<'_>, phase: &Phase) -> Result<(), CounterfactualError> {
+        const FINALISTS: usize = 4;
+        let finalists = finalists(&self.diary, FINALISTS);
+        for (rank, &at) in finalists.iter().enumerate() {
+            let steps = self.purse.left() / (finalists.len() - rank);
+            if steps == 0 {
+                break;
+            }
+            let test = (&self.past[at], phase, Budget::Steps(steps));
+            let (tally, spent) = trial(school, self.judge.as_mut(), test, &self.streams.child("finals"))?;
+            self.purse.pay(spent);
+            self.diary[at].add(&tally, self.spread);
+        }
+        Ok(())
     }
 }
 
@@ -328,42 +326,14 @@ fn idle(judged: &[Judged]) -> f64 {
 }
 
 /// The part of a phase that is driven in one of its iterations: nobody learns, exploration stands still.
-fn own_drive(phase: &Phase, (iteration, iterations): (usize, usize), horizon: usize) -> Phase {
-    let steps = match phase.budget {
-        Budget::Steps(n) => n,
-        Budget::Episodes(n) => n * horizon,
-    };
-    let own = steps * (iteration + 1) / iterations - steps * iteration / iterations;
+fn own_drive(phase: &Phase, (iteration, iterations): (usize, usize), steps: usize) -> Phase {
     let exploration = match phase.exploration.at(iteration as f64 / iterations as f64) {
         Exploration::Greedy => Schedule::Greedy,
         Exploration::SoftMax(t) => Schedule::SoftMax { from: t, to: t, until: 1.0 },
         Exploration::Random(p) => Schedule::Random { from: p, to: p, until: 1.0 },
     };
     let quiet = Phase::evaluation(&phase.name, phase.roster, 0);
-    Phase { exploration, budget: Budget::Steps(own), ..quiet }
-}
-
-/// Sums over a validation.
-#[derive(Default)]
-struct Tally {
-    motor: f64,
-    price: f64,
-    looks: usize,
-    steps: usize,
-    roster: Vec<usize>,
-    asked: Vec<usize>,
-}
-
-impl Observer for Tally {
-    fn on_step(&mut self, step: &Step<'_>) {
-        for (asked, &member) in self.asked.iter_mut().zip(&self.roster) {
-            *asked += usize::from(step.state.opinion(member).is_some());
-        }
-        self.motor += step.motor_reward;
-        self.price += step.look_price;
-        self.looks += step.percept.read().len();
-        self.steps += 1;
-    }
+    Phase { exploration, budget: Budget::Steps(steps), ..quiet }
 }
 
 #[cfg(test)]
@@ -388,25 +358,6 @@ mod tests {
     }
 
     #[test]
-    fn who_lives_longer_at_the_same_reward_per_step_is_better() {
-        let iterate = |run_steps, total| Iterate {
-            own_steps: 0,
-            rolled_steps: 0,
-            validation_steps: 0,
-            price_share: 1.0,
-            idle: 0.0,
-            loss: 0.0,
-            total,
-            motor: 1.0,
-            looks: 0.0,
-            run_steps,
-        };
-        // A pole that falls at once without a look, and one that stands for 200 steps of two looks each.
-        let diary = [iterate(9.0, 1.0), iterate(200.0, 0.9)];
-        assert_eq!(best(&diary, 1.0), 1);
-    }
-
-    #[test]
     fn drives_become_as_long_as_the_worlds() {
         let limits: Vec<usize> = (0..6).map(|i| drive_limit((i, 6), 10, 40)).collect();
         assert_eq!(limits, [10, 20, 30, 40, 40, 40]);
@@ -415,19 +366,13 @@ mod tests {
     }
 
     #[test]
-    fn iterations_share_all_steps_of_the_phase() {
+    fn exploration_stands_still_within_an_iteration() {
         let phase = Phase {
-            budget: Budget::Episodes(7),
             exploration: Schedule::Random { from: 0.4, to: 0.1, until: 0.5 },
             ..Phase::evaluation("drive", IndexSet::first(1), 0)
         };
-        let drives: Vec<Phase> = (0..4).map(|i| own_drive(&phase, (i, 4), 50)).collect();
-        let steps = drives.iter().map(|d| match d.budget {
-            Budget::Steps(n) => n,
-            Budget::Episodes(_) => 0,
-        });
-        assert_eq!(steps.sum::<usize>(), 350);
-        assert_eq!(drives[2].exploration, Schedule::Random { from: 0.1, to: 0.1, until: 1.0 });
-        assert!(drives.iter().all(|d| !d.learns()));
+        let drive = own_drive(&phase, (2, 4), 80);
+        assert_eq!(drive.exploration, Schedule::Random { from: 0.1, to: 0.1, until: 1.0 });
+        assert_eq!((drive.budget, drive.learns()), (Budget::Steps(80), false));
     }
 }

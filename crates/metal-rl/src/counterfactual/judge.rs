@@ -11,7 +11,9 @@ use crate::environment::EnvironmentError;
 use crate::member::Member;
 use crate::observe::Observer;
 use crate::phase::Phase;
+use crate::policies::Counterfactual;
 use crate::random::{Rng, Streams};
+use crate::run::{Stage, run};
 use crate::set::IndexSet;
 use crate::view::Scaling;
 use serde::{Deserialize, Serialize};
@@ -78,8 +80,6 @@ pub struct Labels {
     pub judged: Vec<Judged>,
     /// Motor steps in copies of the world.
     pub rolled_steps: usize,
-    /// Whether they stand for all labels of earlier drives, too.
-    pub replace: bool,
 }
 
 /// Lets the student drive and says what every motor action would have been worth on the way.
@@ -97,6 +97,27 @@ pub trait Judge {
         drive: &Drive<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Labels, CounterfactualError>;
+
+    /// Lets the student drive in the school's validation world, only to see how good it is.
+    ///
+    /// # Errors
+    /// If the world fails.
+    fn watch(
+        &mut self,
+        school: &mut School<'_>,
+        drive: &Drive<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<(), CounterfactualError> {
+        let mut driver = Counterfactual::new(drive.student.clone(), school.roster.clone());
+        let mut stage = Stage {
+            environment: &mut *school.validation,
+            members: &mut *school.members,
+            policy: &mut driver,
+            scaling: school.scaling,
+        };
+        run(&mut stage, &drive.phase, &drive.streams, observer)?;
+        Ok(())
+    }
 }
 
 /// How moves are judged.

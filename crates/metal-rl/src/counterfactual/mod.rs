@@ -12,21 +12,26 @@
 
 pub mod config;
 pub mod critic;
+pub mod diary;
 mod eyes;
 pub mod fit;
 pub mod gaze;
 pub mod iterate;
 pub mod judge;
 pub mod log;
+mod purse;
 pub mod roll_outs;
 pub mod rule;
 pub mod sight;
 pub mod student;
+mod trial;
+mod units;
 
 pub use config::{CounterfactualConfig, FitConfig, Unit};
 pub use critic::CriticConfig;
+pub use diary::Iterate;
 pub use gaze::MemoryConfig;
-pub use iterate::{CounterfactualError, Graduate, Iterate, School, iterate};
+pub use iterate::{CounterfactualError, Graduate, School, iterate};
 pub use judge::{Alone, Judge, JudgeConfig, Judged, Workers};
 pub use roll_outs::RollOuts;
 pub use rule::{LookRule, UnknownMember};

@@ -35,7 +35,7 @@ impl Judge for RollOuts<'_> {
         };
         let pupil = Pupil::of(school, drive);
         let (judged, rolled_steps) = self.judge(sights, &pupil)?;
-        Ok(Labels { judged, rolled_steps, replace: false })
+        Ok(Labels { judged, rolled_steps })
     }
 }
 
@@ -177,7 +177,7 @@ impl<'a> Desk<'a> {
             total -= discount * price;
             if step == horizon || outcome.end == End::TimeLimit {
                 if self.student.config().bootstrap {
-                    total += discount * self.student.worth(&self.gaze, next, &self.scratch);
+                    total += discount * self.student.worth(next, &self.scratch);
                 }
                 break;
             }

@@ -3,6 +3,7 @@
 use super::config::{CounterfactualConfig, NAME};
 use super::gaze::{Gaze, Layout};
 use super::rule::Rule;
+use super::units::Units;
 use crate::learner::LearnerError;
 use crate::learners::frozen;
 use crate::learners::nn::Network;
@@ -64,11 +65,13 @@ pub struct Student {
     scale: Scale,
     wide_eyed: bool,
     kept: IndexSet,
+    units: Option<Units>,
 }
 
 /// Working memory for one student at a time.
 #[derive(Clone, Debug)]
 pub struct Scratch {
+    seen: Vec<f32>,
     raw: Vec<f32>,
     squares: Vec<f64>,
     /// Values in units of reward, in the order of [`Student`]'s outputs.
@@ -105,6 +108,7 @@ impl Student {
             scale: Scale { advantage: 1.0, value: 1.0, centre: 0.0 },
             wide_eyed: false,
             kept: IndexSet::first(shape.blocks.len()),
+            units: None,
         })
     }
 
@@ -196,6 +200,16 @@ impl Student {
         self.scale = new;
     }
 
+    /// The units of its readings, if they are not those of the members' views.
+    pub(super) fn units(&self) -> Option<&Units> {
+        self.units.as_ref()
+    }
+
+    /// From now on readings are taken in these units.
+    pub(super) fn set_units(&mut self, units: Units) {
+        self.units = Some(units);
+    }
+
     /// Slots that may be looked at by free choice at all.
     #[must_use]
     pub fn kept(&self) -> IndexSet {
@@ -232,16 +246,25 @@ impl Student {
     #[must_use]
     pub fn scratch(&self) -> Scratch {
         let outputs = outputs(self.actions, &self.layout);
-        Scratch { raw: vec![0.0; outputs], squares: vec![0.0; outputs], values: vec![0.0; outputs] }
+        Scratch {
+            seen: vec![0.0; self.layout.width()],
+            raw: vec![0.0; outputs],
+            squares: vec![0.0; outputs],
+            values: vec![0.0; outputs],
+        }
     }
 
     /// All values for a network input, into `scratch.values`.
     pub fn evaluate(&self, input: &[f32], scratch: &mut Scratch) {
         let n = self.networks.len() as f64;
+        scratch.seen.copy_from_slice(input);
+        if let Some(units) = &self.units {
+            units.apply(&self.layout, &mut scratch.seen);
+        }
         scratch.values.fill(0.0);
         scratch.squares.fill(0.0);
         for network in &self.networks {
-            network.forward(input, &mut scratch.raw);
+            network.forward(&scratch.seen, &mut scratch.raw);
             for (sum, &z) in scratch.values.iter_mut().zip(&scratch.raw) {
                 *sum += f64::from(z) / n;
             }
@@ -289,7 +312,22 @@ impl Student {
         let open = open.iter().map(|slot| (slot, looks[slot]));
         let best = open.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
         let must = matches!(self.rule, Rule::Adaptive { min_looks, .. } if attended.len() < min_looks);
-        (must || best.1 > scratch.values[self.stop()]).then_some(best)
+        (must || best.1 > self.threshold(scratch)).then_some(best)
+    }
+
+    /// What a look must be worth more than: nothing, if looks are valued against moving now.
+    fn threshold(&self, scratch: &Scratch) -> f64 {
+        if self.config.fit.relative { 0.0 } else { scratch.values[self.stop()] }
+    }
+
+    /// What is expected of the best that can be done by the values in `scratch`, if that is `look` or to move now.
+    pub(super) fn expected(&self, look: Option<(usize, f64)>, scratch: &Scratch) -> f64 {
+        let stop = scratch.values[self.stop()];
+        match look {
+            None => stop,
+            Some((_, worth)) if self.config.fit.relative => stop + worth,
+            Some((_, worth)) => worth,
+        }
     }
 
     /// The next look, or the move, where `gaze` stands. If it is a move, `scratch` holds the values behind it.
@@ -312,11 +350,11 @@ impl Student {
         }
     }
 
-    /// What the future is worth where `gaze` stands and decides on `action`; `scratch` holds the values behind it.
+    /// What the future is worth to who decides on `action`, where the values in `scratch` were evaluated last.
     #[must_use]
-    pub fn worth(&self, gaze: &Gaze, action: usize, scratch: &Scratch) -> f64 {
+    pub fn worth(&self, action: usize, scratch: &Scratch) -> f64 {
         let mut value = [0.0];
-        self.value.forward(gaze.input(), &mut value);
+        self.value.forward(&scratch.seen, &mut value);
         self.scale.centre + self.scale.value * f64::from(value[0]) + scratch.values[action]
     }
 }

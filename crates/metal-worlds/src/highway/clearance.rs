@@ -15,7 +15,7 @@ const MOST_RADIUS: f64 = 16_383.0;
 const BESIDE: u16 = 5;
 const CORNER: u16 = 7;
 /// Farther than any cell is from another.
-const FAR: u16 = u16::MAX - CORNER;
+const FAR: u16 = u16::MAX / 2;
 /// No sum of steps is larger than this multiple of the straight distance, in cells: (1 + 0.4 t)/√(1 + t²), t = 0.4.
 const MOST_PER_CELL: f64 = 5.0 * 1.077_033;
 
@@ -106,26 +106,46 @@ impl Steps {
     fn sweep(&mut self) {
         let (across, [columns, rows]) = (self.across, self.size);
         for row in 1..=rows {
+            self.hear(row, row - 1);
             for i in row * across + 1..=row * across + columns {
-                self.hear(i, [i - 1, i - across], [i - across - 1, i - across + 1]);
+                self.hear_beside(i, i - 1);
             }
         }
         for row in (1..=rows).rev() {
+            self.hear(row, row + 1);
             for i in (row * across + 1..=row * across + columns).rev() {
-                self.hear(i, [i + 1, i + across], [i + across - 1, i + across + 1]);
+                self.hear_beside(i, i + 1);
             }
         }
     }
 
-    /// Takes in what two neighbours beside and two across corners know.
-    fn hear(&mut self, cell: usize, beside: [usize; 2], corners: [usize; 2]) {
-        let own = self.materials[cell];
-        let from = |other: usize, step: u16| {
-            if self.materials[other] == own { self.sums[other].saturating_add(step).min(FAR) } else { step }
-        };
-        let [a, b] = beside.map(|other| from(other, BESIDE));
-        let [c, d] = corners.map(|other| from(other, CORNER));
-        self.sums[cell] = self.sums[cell].min(a).min(b).min(c).min(d);
+    /// A row takes in what the row above or below it knows.
+    fn hear(&mut self, row: usize, other: usize) {
+        let columns = self.size[0];
+        let [start, other] = [row, other].map(|row| row * self.across);
+        let materials = |from: usize| &self.materials[from..][..columns];
+        let (own, corner, middle, far) =
+            (materials(start + 1), materials(other), materials(other + 1), materials(other + 2));
+        let (before, after) = self.sums.split_at_mut(start.max(other));
+        let (low, high) = (&mut before[start.min(other)..][..self.across], &mut after[..self.across]);
+        let (sums, known) = if start > other { (high, low) } else { (low, high) };
+        let sums = &mut sums[1..][..columns];
+        let [a, b, c] = [0, 1, 2].map(|shift| &known[shift..][..columns]);
+        let through = |same: bool, sum: u16, step: u16| if same { sum + step } else { step };
+        for i in 0..columns {
+            let left = through(corner[i] == own[i], a[i], CORNER);
+            let across = through(middle[i] == own[i], b[i], BESIDE);
+            let right = through(far[i] == own[i], c[i], CORNER);
+            sums[i] = sums[i].min(left).min(across).min(right);
+        }
+    }
+
+    /// A cell takes in what its neighbour in the row knows.
+    #[inline(always)]
+    fn hear_beside(&mut self, cell: usize, other: usize) {
+        let same = self.materials[other] == self.materials[cell];
+        let sum = if same { self.sums[other] + BESIDE } else { BESIDE };
+        self.sums[cell] = self.sums[cell].min(sum);
     }
 
     /// The tile whose lower left cell is (`column`, `row`).

@@ -79,7 +79,7 @@ pub struct Highway {
 }
 
 impl Highway {
-    /// The highway of `config`, its red cars driven by `steering`. Building the roads takes some 50 ms each; to make
+    /// The highway of `config`, its red cars driven by `steering`. Building the roads takes some 0.1 s each; to make
     /// many worlds, clone one.
     ///
     /// # Panics

@@ -53,6 +53,19 @@ def vector(env, steps):
     return env.num_envs * rate(lambda: env.step(actions), steps)
 
 
+def envpool_rate(worlds, steps):
+    """CartPole-v1 in EnvPool on one thread: steps per second of processor time, that of its thread included."""
+    try:
+        import envpool
+    except ImportError as problem:  # no wheel for this Python or machine: say so and go on
+        print(f"EnvPool is not here: {problem}", file=sys.stderr)
+        return float("nan")
+    pool = envpool.make("CartPole-v1", env_type="gymnasium", num_envs=worlds, num_threads=1)
+    pool.reset()
+    actions = np.zeros(worlds, dtype=np.int32)
+    return worlds * rate(lambda: pool.step(actions), steps)
+
+
 def mujoco_rate(rendered):
     """Physics of three bodies, with the pictures of so many of them; not a number where nothing can be drawn."""
     try:
@@ -97,10 +110,14 @@ def main():
         "Gymnasium: CarRacing-v3, 96×96": single(gym.make("CarRacing-v3", continuous=False), 100),
         "Gymnasium: CartPole-v1": single(gym.make("CartPole-v1"), 20_000),
         "Gymnasium: 64 × CartPole-v1, its own vector in numpy": vector(gym.make_vec("CartPole-v1", 64), 300),
+        "EnvPool: CartPole-v1, one world": envpool_rate(1, 5000),
+        "EnvPool: 64 × CartPole-v1": envpool_rate(64, 300),
+        "EnvPool: 1024 × CartPole-v1": envpool_rate(1024, 50),
         "metal_rl: Maze-v0, one world": single(gym.make("metal_rl/Maze-v0"), 20_000),
         "metal_rl: Puddle-v0, one world": single(gym.make("metal_rl/Puddle-v0"), 20_000),
         "metal_rl: Highway-v0, one world, all sensors read": single(gym.make("metal_rl/Highway-v0"), 5000),
         "metal_rl: 64 × Puddle-v0, vector": vector(MetalVectorEnv("puddle", 64), 300),
+        "metal_rl: 1024 × Puddle-v0, vector": vector(MetalVectorEnv("puddle", 1024), 50),
         "metal_rl: 64 × Highway-v0, vector": vector(MetalVectorEnv("highway", 64), 100),
         "seconds of `import metal_rl`": ours,
         "seconds of `import gymnasium` alone": theirs,

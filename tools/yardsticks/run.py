@@ -3,7 +3,7 @@
 
     python3 tools/yardsticks/run.py [FOLDER]
 
-It installs what it needs: Enki and a renderer (Debian's libenki-dev and libosmesa6, as root), MuJoCo and Gymnasium with Box2D into an environment of
+It installs what it needs: Enki and a renderer (Debian's libenki-dev and libosmesa6, as root), MuJoCo, EnvPool and Gymnasium with Box2D into an environment of
 its own in FOLDER (a temporary one if nothing is said), and there `metal_rl` in its release profile. No test needs it.
 """
 
@@ -55,6 +55,8 @@ def environment(folder):
     if not python.exists():
         run(sys.executable, "-m", "venv", str(folder / "venv"))
         run(str(python), "-m", "pip", "install", "--quiet", "maturin", "mujoco", "gymnasium[box2d]", "numpy")
+        # Where there is no wheel of it for this Python, its rows are no numbers.
+        subprocess.run([str(python), "-m", "pip", "install", "--quiet", "envpool"], check=False)
     variables = {**os.environ, "VIRTUAL_ENV": str(folder / "venv")}
     variables["PATH"] = f"{folder / 'venv/bin'}:{variables['PATH']}"
     run(str(folder / "venv/bin/maturin"), "develop", "--quiet", "--release", env=variables)

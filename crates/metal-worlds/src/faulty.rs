@@ -304,9 +304,13 @@ impl Faulty {
 mod tests {
     use super::*;
     use crate::highway::{Highway, HighwayConfig, Steering};
+    use std::sync::LazyLock;
+
+    static ROAD: LazyLock<Highway> =
+        LazyLock::new(|| Highway::new(HighwayConfig::default(), Steering::Scripted));
 
     fn road() -> Box<dyn Environment> {
-        Box::new(Highway::new(HighwayConfig::default(), Steering::Scripted))
+        Box::new(ROAD.clone())
     }
 
     fn faulty(fault: Fault) -> Faulty {

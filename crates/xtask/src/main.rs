@@ -6,8 +6,13 @@ use std::process::{Command, ExitCode};
 use xtask::MARK;
 
 /// Benchmarks: package and file.
-const BENCHES: [(&str, &str); 4] =
-    [("metal-worlds", "world"), ("metal-rl", "mind"), ("metal-rl", "growth"), ("metal-lab", "decisions")];
+const BENCHES: [(&str, &str); 5] = [
+    ("metal-worlds", "world"),
+    ("metal-rl", "mind"),
+    ("metal-rl", "growth"),
+    ("metal-lab", "decisions"),
+    ("metal-lab", "limits"),
+];
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();

@@ -5,10 +5,11 @@
 //! The picture is cut into three columns of 17, 18 and 17 pixels, and into far rows (the upper 13: from 0.13 m
 //! ahead of the lens to the horizon) and near rows (the lower 26: from 0.04 m to 0.13 m).
 
+use super::blocks::{BLOCK, Blocks, Found, look_at_blocks};
 use super::ground::{Ground, Material};
 use super::kinematics::{BODY_HEIGHT_M, BODY_RADIUS_M};
 use super::pose::Pose;
-use super::sight::{Lens, Ray, Rays, Visible, count_classes, look_at_ground, put_before};
+use super::sight::{Lens, Ray, Rays, Visible, count_classes, put_before};
 use metal_rl::num;
 
 /// Pixels in a row of the picture.
@@ -91,9 +92,6 @@ pub struct Window {
     pub right: usize,
 }
 
-/// Pixels of the largest region.
-const MOST_PIXELS: usize = 18 * 26;
-
 impl Window {
     /// The whole picture.
     pub const WHOLE: Self = Self { top: 0, bottom: ROWS, left: 0, right: COLUMNS };
@@ -144,17 +142,23 @@ pub struct Camera {
     /// All pixels, row by row.
     picture: Vec<Ray>,
     whole: Rays,
-    /// The pixels of each region, row by row.
-    regions: [Rays; 6],
-    /// Farthest point on the ground that a row shows, in metres.
-    row_reach_m: [f64; ROWS],
+    regions: [Blocks; 6],
+    wedges: [Wedge; 6],
 }
 
 /// Most bodies in a scene besides the one that looks.
 const MAX_OBSTACLES: usize = 3;
 
-/// The bodies that may be seen in a window, nearest first.
-struct InSight {
+/// The plane between the outermost rays of a window.
+#[derive(Clone, Copy, Debug)]
+struct Wedge {
+    corners: [Ray; 4],
+    /// How far any of its rays reaches, and half a body, in metres.
+    reach_m: f64,
+}
+
+/// What there is to see as the lens has it: all other bodies, nearest first.
+struct Eye {
     lens: Lens,
     bodies: [Visible; MAX_OBSTACLES],
     count: usize,
@@ -171,14 +175,12 @@ impl Camera {
     #[must_use]
     pub fn new() -> Self {
         let picture: Vec<Ray> = (0..ROWS * COLUMNS).map(|i| ray(i / COLUMNS, i % COLUMNS)).collect();
-        let regions = Region::ALL.map(|region| {
-            let window = region.window();
-            let row = |r: usize| picture[r * COLUMNS + window.left..r * COLUMNS + window.right].iter();
-            (window.top..window.bottom).flat_map(row).copied().collect()
-        });
-        let row = |r: usize| picture[r * COLUMNS..(r + 1) * COLUMNS].iter().map(|ray| ray.reach_m);
-        let row_reach_m = std::array::from_fn(|r| row(r).fold(0.0, f64::max));
-        Self { whole: picture.iter().copied().collect(), picture, regions, row_reach_m }
+        Self {
+            whole: picture.iter().copied().collect(),
+            regions: Region::ALL.map(|region| Blocks::new(&picture, COLUMNS, region.window())),
+            wedges: Region::ALL.map(|region| Wedge::of(&picture, region.window())),
+            picture,
+        }
     }
 
     /// Where the ray of a pixel meets the ground, in metres ahead of and to the left of the body's centre.
@@ -190,76 +192,83 @@ impl Camera {
 
     /// Paints the pixels of `window`, row by row: `paint` gets the pixel's index in the whole picture and what it shows.
     pub fn render(&self, scene: &Scene, window: Window, mut paint: impl FnMut(usize, Material)) {
-        let sight = self.in_sight(scene, window);
-        let mut materials = [Material::Grass; COLUMNS];
+        let (eye, wedge) = (Eye::of(scene), Wedge::of(&self.picture, window));
+        let mut shown = [Material::Grass; COLUMNS];
         for row in window.top..window.bottom {
-            let pixels = row * COLUMNS + window.left..row * COLUMNS + window.right;
-            let shown = &mut materials[..pixels.len()];
-            look_at_ground(&self.whole, pixels.clone(), &sight.lens, scene.ground.raster(), shown);
-            for body in sight.bodies[..sight.count].iter().rev() {
-                put_before(&self.whole, pixels.clone(), body, shown);
+            let start = row * COLUMNS;
+            self.whole.look(start, &eye.lens, scene.ground.raster(), &mut shown);
+            for body in eye.farthest_first(&wedge) {
+                put_before(&self.whole, start..start + COLUMNS, body, &mut shown);
             }
-            pixels.zip(shown).for_each(|(index, material)| paint(index, *material));
+            (window.left..window.right).for_each(|column| paint(start + column, shown[column]));
         }
     }
 
     /// How many pixels of a region show each class: what [`Self::render`] paints, counted.
     #[must_use]
     pub fn count(&self, scene: &Scene, region: Region) -> [u32; 4] {
-        let (window, rays) = (region.window(), &self.regions[region as usize]);
-        let sight = self.in_sight(scene, window);
-        let mut materials = [Material::Grass; MOST_PIXELS];
-        let shown = &mut materials[..window.pixels()];
-        look_at_ground(rays, 0..shown.len(), &sight.lens, scene.ground.raster(), shown);
-        for body in sight.bodies[..sight.count].iter().rev() {
-            let pixels = self.rows_beyond(body, window) * (window.right - window.left);
-            put_before(rays, 0..pixels, body, &mut shown[..pixels]);
+        self.count_from(&Eye::of(scene), scene.ground, region)
+    }
+
+    /// The same of all regions, in their order.
+    #[must_use]
+    pub fn count_all(&self, scene: &Scene) -> [[u32; 4]; 6] {
+        let eye = Eye::of(scene);
+        Region::ALL.map(|region| self.count_from(&eye, scene.ground, region))
+    }
+
+    fn count_from(&self, eye: &Eye, ground: &Ground, region: Region) -> [u32; 4] {
+        let blocks = &self.regions[region as usize];
+        let mut found = Found::default();
+        look_at_blocks(blocks, &eye.lens, ground, &mut found);
+        let shown = found.as_flattened_mut();
+        for body in eye.farthest_first(&self.wedges[region as usize]) {
+            let near_side_m = body.distance2().sqrt() - BODY_RADIUS_M - 1e-6;
+            let rays = blocks.reaching(near_side_m) * BLOCK;
+            put_before(&blocks.rays, 0..rays, body, &mut shown[..rays]);
         }
-        count_classes(shown)
+        count_classes(&shown[..blocks.pixels])
     }
+}
 
-    /// Rows of `window` that reach beyond the near side of a body, and so may show it: always the upper ones.
-    fn rows_beyond(&self, body: &Visible, window: Window) -> usize {
-        let near_side_m = body.distance2().sqrt() - BODY_RADIUS_M - 1e-6;
-        self.row_reach_m[window.top..window.bottom].partition_point(|&reach| reach > near_side_m)
-    }
-
-    /// Where the lens is, and the obstacles that some ray of `window` may meet.
-    fn in_sight(&self, scene: &Scene, window: Window) -> InSight {
+impl Eye {
+    fn of(scene: &Scene) -> Self {
         let (sin, cos) = num::sin_cos(scene.eye.heading_rad);
         let [x, y] = [scene.eye.x_m + AHEAD_M * cos, scene.eye.y_m + AHEAD_M * sin];
         let [column, row] = scene.ground.cell_of(x, y);
-        let (mut bodies, mut count) = ([Visible::NONE; MAX_OBSTACLES], 0);
-        for obstacle in scene.obstacles {
+        let (mut bodies, count) = ([Visible::NONE; MAX_OBSTACLES], scene.obstacles.len());
+        for (body, obstacle) in bodies.iter_mut().zip(scene.obstacles) {
             let (dx, dy) = (obstacle.x_m - x, obstacle.y_m - y);
             let (ahead, left) = (dx * cos + dy * sin, dy * cos - dx * sin);
-            let seen = Visible { ahead, left, material: obstacle.material };
-            if self.may_show(window, &seen) {
-                bodies[count] = seen;
-                count += 1;
-            }
+            *body = Visible { ahead, left, material: obstacle.material };
         }
         // Equal discs that do not overlap: along any ray the one with the nearer centre comes first.
         bodies[..count].sort_by(|a, b| a.distance2().total_cmp(&b.distance2()));
-        InSight { lens: Lens { column, row, sin, cos }, bodies, count }
+        Self { lens: Lens { column, row, sin, cos }, bodies, count }
     }
 
-    /// Whether the wedge of `window` and the body may meet; cheap, and never wrongly false.
-    fn may_show(&self, window: Window, body: &Visible) -> bool {
-        let corner = |row: usize, column: usize| &self.picture[row * COLUMNS + column];
+    /// The bodies that some ray of a wedge may meet, so that nearer ones are put before farther ones.
+    fn farthest_first(&self, wedge: &Wedge) -> impl Iterator<Item = &Visible> {
+        self.bodies[..self.count].iter().rev().filter(|body| wedge.may_show(body))
+    }
+}
+
+impl Wedge {
+    fn of(picture: &[Ray], window: Window) -> Self {
         let (bottom, right) = (window.bottom - 1, window.right - 1);
-        let corners = [
-            corner(window.top, window.left),
-            corner(bottom, window.left),
-            corner(window.top, right),
-            corner(bottom, right),
-        ];
-        let reach = corners.iter().map(|ray| ray.reach_m).fold(0.0, f64::max) + BODY_RADIUS_M;
+        let places = [(window.top, window.left), (bottom, window.left), (window.top, right), (bottom, right)];
+        let corners = places.map(|(row, column)| picture[row * COLUMNS + column]);
+        let reach_m = corners.iter().map(|ray| ray.reach_m).fold(0.0, f64::max) + BODY_RADIUS_M;
+        Self { corners, reach_m }
+    }
+
+    /// Whether the wedge and the body may meet; cheap, and never wrongly false.
+    fn may_show(&self, body: &Visible) -> bool {
         let beside = |ray: &Ray| ray.direction[0] * body.left - ray.direction[1] * body.ahead;
         body.ahead > -BODY_RADIUS_M
-            && body.distance2() < reach * reach
-            && !corners.iter().all(|ray| beside(ray) > BODY_RADIUS_M)
-            && !corners.iter().all(|ray| beside(ray) < -BODY_RADIUS_M)
+            && body.distance2() < self.reach_m * self.reach_m
+            && !self.corners.iter().all(|ray| beside(ray) > BODY_RADIUS_M)
+            && !self.corners.iter().all(|ray| beside(ray) < -BODY_RADIUS_M)
     }
 }
 
@@ -277,7 +286,7 @@ fn ray(row: usize, column: usize) -> Ray {
 #[cfg(test)]
 mod tests {
     use super::super::ground::{CELL_M, Class};
-    use super::super::road::Road;
+    use super::super::road::{Direction, Road};
     use super::super::shape::ShapeRange;
     use super::*;
     use proptest::prelude::*;
@@ -375,6 +384,23 @@ mod tests {
                 let [ahead, left] = ray.direction.map(|d| d * ray.reach_m / CELL_M);
                 let at = GROUND.at_cell(column + ahead * cos - left * sin, row + ahead * sin + left * cos);
                 prop_assert_eq!(material, Some(at));
+            }
+        }
+
+        #[test]
+        fn what_is_counted_by_blocks_is_what_is_painted(
+            arc in 0.0..6.0, offset in -0.5..0.5, heading in -3.1..3.1, ahead in 0.08..0.6, left in -0.2..0.2,
+        ) {
+            let place = GROUND.road().pose_at(arc, offset, Direction::Along);
+            let eye = Pose { heading_rad: heading, ..place };
+            let (sin, cos) = num::sin_cos(heading);
+            let [x_m, y_m] = [eye.x_m + ahead * cos - left * sin, eye.y_m + ahead * sin + left * cos];
+            let car = Obstacle { x_m, y_m, material: Material::RedBody };
+            let scene = Scene { ground: &GROUND, eye, obstacles: &[car] };
+            for (region, counted) in Region::ALL.into_iter().zip(CAMERA.count_all(&scene)) {
+                let mut counts = [0; 4];
+                CAMERA.render(&scene, region.window(), |_, material| counts[material.class() as usize] += 1);
+                prop_assert_eq!(counted, counts);
             }
         }
 

@@ -1,5 +1,6 @@
 //! What the plane looks like: a raster of materials, and the roads of an experiment.
 
+use super::clearance::Clearance;
 use super::raster::Raster;
 use super::road::{BORDER_M, LANE_M, LINE_M, Road};
 use super::shape::ShapeRange;
@@ -56,6 +57,7 @@ impl Material {
 pub struct Ground {
     road: Road,
     raster: Raster,
+    clearance: Clearance,
 }
 
 impl Ground {
@@ -65,9 +67,10 @@ impl Ground {
         let [low, high] = road.bounds_m();
         let columns = ((high[0] - low[0]) / CELL_M).round() as usize;
         let rows = ((high[1] - low[1]) / CELL_M).round() as usize;
-        let mut ground = Self { road, raster: Raster::grass(columns, rows) };
-        ground.paint(low);
-        ground
+        let mut raster = Raster::grass(columns, rows);
+        paint(&road, &mut raster);
+        let clearance = Clearance::of(&raster);
+        Self { road, raster, clearance }
     }
 
     /// The road.
@@ -110,30 +113,35 @@ impl Ground {
         &self.raster
     }
 
+    /// How far around a place it looks the same.
+    pub(super) fn clearance(&self) -> &Clearance {
+        &self.clearance
+    }
+
     /// Raster coordinates of a point, in cells.
     #[inline]
     pub(super) fn cell_of(&self, x_m: f64, y_m: f64) -> [f64; 2] {
         let low = self.road.bounds_m()[0];
         [(x_m - low[0]) / CELL_M, (y_m - low[1]) / CELL_M]
     }
+}
 
-    /// Paints block by block; blocks the road cannot reach stay grass, which is most of the plane.
-    fn paint(&mut self, low: [f64; 2]) {
-        const BLOCK: usize = 16;
-        let reach = BORDER_M + BLOCK as f64 * CELL_M;
-        let (columns, rows) = self.size();
-        for row in (0..rows).step_by(BLOCK) {
-            for column in (0..columns).step_by(BLOCK) {
-                let middle = [column + BLOCK / 2, row + BLOCK / 2].map(|k| k as f64 * CELL_M);
-                if self.road.locate(low[0] + middle[0], low[1] + middle[1]).offset_m.abs() > reach {
-                    continue;
-                }
-                for r in row..(row + BLOCK).min(rows) {
-                    for c in column..(column + BLOCK).min(columns) {
-                        let point = [c, r].map(|k| (k as f64 + 0.5) * CELL_M);
-                        let offset = self.road.locate(low[0] + point[0], low[1] + point[1]).offset_m;
-                        self.raster.set(c, r, material_at(offset));
-                    }
+/// Paints block by block; blocks the road cannot reach stay grass, which is most of the plane.
+fn paint(road: &Road, raster: &mut Raster) {
+    const BLOCK: usize = 16;
+    let reach = BORDER_M + BLOCK as f64 * CELL_M;
+    let (low, columns, rows) = (road.bounds_m()[0], raster.columns, raster.rows);
+    for row in (0..rows).step_by(BLOCK) {
+        for column in (0..columns).step_by(BLOCK) {
+            let middle = [column + BLOCK / 2, row + BLOCK / 2].map(|k| k as f64 * CELL_M);
+            if road.locate(low[0] + middle[0], low[1] + middle[1]).offset_m.abs() > reach {
+                continue;
+            }
+            for r in row..(row + BLOCK).min(rows) {
+                for c in column..(column + BLOCK).min(columns) {
+                    let point = [c, r].map(|k| (k as f64 + 0.5) * CELL_M);
+                    let offset = road.locate(low[0] + point[0], low[1] + point[1]).offset_m;
+                    raster.set(c, r, material_at(offset));
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! The inner loops of the camera: what many rays meet at once, compiled once for any processor and once for those with
 //! 256-bit vectors, with the same bits from both.
 
+use super::blocks::BLOCK;
 use super::ground::{CELL_M, Material};
 use super::kinematics::BODY_RADIUS_M;
 use super::raster::Raster;
@@ -43,6 +44,31 @@ impl FromIterator<Ray> for Rays {
     }
 }
 
+impl Rays {
+    /// Where the rays of each block meet the ground, in raster cells ahead of the lens and to its left.
+    pub fn points(&self) -> impl Iterator<Item = (&[f64], &[f64])> {
+        self.ahead.chunks(BLOCK).zip(self.left.chunks(BLOCK))
+    }
+
+    /// What the rays from `start` find on the ground.
+    #[inline(always)]
+    pub fn look<const N: usize>(&self, start: usize, lens: &Lens, raster: &Raster, out: &mut [Material; N]) {
+        let (ahead, left) = (&self.ahead[start..start + N], &self.left[start..start + N]);
+        let (columns, rows) = (raster.columns as f64, raster.rows as f64);
+        let (cells, outside) = (raster.cells(), raster.outside());
+        let mut places = [0_u32; N];
+        for ((&ahead, &left), place) in ahead.iter().zip(left).zip(&mut places) {
+            let [column, row] = lens.cell(ahead, left);
+            let inside = (column >= 0.0) & (row >= 0.0) & (column < columns) & (row < rows);
+            let at = raster.place(whole(column), whole(row));
+            *place = if inside { at } else { outside };
+        }
+        for (&place, out) in places.iter().zip(out) {
+            *out = cells[place as usize];
+        }
+    }
+}
+
 /// Where the lens is, in raster cells, and where it points.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lens {
@@ -50,6 +76,14 @@ pub(super) struct Lens {
     pub row: f64,
     pub sin: f64,
     pub cos: f64,
+}
+
+impl Lens {
+    /// Raster coordinates of a point that many cells ahead and to the left.
+    #[inline(always)]
+    pub fn cell(&self, ahead: f64, left: f64) -> [f64; 2] {
+        [self.column + ahead * self.cos - left * self.sin, self.row + ahead * self.sin + left * self.cos]
+    }
 }
 
 /// A body in the frame of the lens: metres ahead and to the left.
@@ -81,38 +115,9 @@ impl Visible {
     }
 }
 
-/// What the rays `range` find on the ground, into `out` (as long as the range).
-#[multiversion(targets("x86_64+avx2"))]
-pub(super) fn look_at_ground(
-    rays: &Rays,
-    range: Range<usize>,
-    lens: &Lens,
-    raster: &Raster,
-    out: &mut [Material],
-) {
-    /// Rays whose places are worked out before they are looked up: arithmetic in vectors, then memory.
-    const AT_ONCE: usize = 128;
-    let mut places = [0_u32; AT_ONCE];
-    let (columns, rows) = (raster.columns as f64, raster.rows as f64);
-    let (cells, outside) = (raster.cells(), raster.outside());
-    let points = rays.ahead[range.clone()].chunks(AT_ONCE).zip(rays.left[range].chunks(AT_ONCE));
-    for ((ahead, left), out) in points.zip(out.chunks_mut(AT_ONCE)) {
-        for ((&ahead, &left), place) in ahead.iter().zip(left).zip(&mut places) {
-            let column = lens.column + ahead * lens.cos - left * lens.sin;
-            let row = lens.row + ahead * lens.sin + left * lens.cos;
-            let inside = (column >= 0.0) & (row >= 0.0) & (column < columns) & (row < rows);
-            let at = raster.place(whole(column), whole(row));
-            *place = if inside { at } else { outside };
-        }
-        for (&place, out) in places.iter().zip(out) {
-            *out = cells[place as usize];
-        }
-    }
-}
-
 /// The largest whole number up to `x`, 0 ≤ x < 2³² (anything for others): as a cast, but in vectors on any processor.
 #[inline(always)]
-fn whole(x: f64) -> u32 {
+pub(super) fn whole(x: f64) -> u32 {
     /// From here on the last bit of a number means 1, so that adding it to a smaller one leaves that one's whole part,
     /// rounded, in the low bits.
     const UNIT_LAST: f64 = 4_503_599_627_370_496.0;

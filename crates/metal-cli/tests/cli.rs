@@ -83,6 +83,7 @@ fn help_texts_teach() {
         "tabular",
         "transfer",
         "faults",
+        "ceiling",
     ];
     expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
     for command in commands {

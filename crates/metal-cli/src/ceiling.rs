@@ -21,7 +21,7 @@ The folder gets ceiling.json, ceiling.md (the tables) and ceiling-all.svg, ceili
 looks for every subset at every rhythm, adaptive looks, and what was learned.
 
 A ceiling judges one move at a time where a driver goes that sees everything: it is optimistic about drift and pessimistic
-about adaptation. The columns \"at the wheel\" say what the same students cost who drive themselves.";
+about adaptation. The columns \"at the wheel\" say what students cost that were taught where their looks lead to.";
 
 /// `metal ceiling`
 #[derive(Debug, Args)]
@@ -46,11 +46,11 @@ pub struct Request {
     /// The one number all randomness comes from
     #[arg(long, default_value_t = 1, value_name = "N")]
     seed: u64,
-    /// Motor steps from which a driver learns
-    #[arg(long, default_value_t = 60_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
+    /// Motor steps from which a driver learns, and so each universal student
+    #[arg(long, default_value_t = 80_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     driver_steps: u32,
     /// Motor steps of its log, at each of which all moves are judged
-    #[arg(long, default_value_t = 20_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
+    #[arg(long, default_value_t = 12_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     log_steps: u32,
     /// Share of the log's moves that are left to chance
     #[arg(long, default_value_t = 0.1, value_name = "SHARE")]

@@ -36,9 +36,10 @@ fn keys() -> Vec<Key> {
     vec![
         key("ceiling of a subset, no memory", Paint::fill(PLAIN).faded(0.5), false),
         key("ceiling of a subset at a rhythm, memory", Paint::fill(MINDFUL).faded(0.5), false),
-        key("their front", Paint::line(MINDFUL, 1.6), true),
+        key("fronts: ceilings; dashed, at the wheel", Paint::line(MINDFUL, 1.6), true),
         key("ceiling of adaptive looks", Paint::fill(ADAPTIVE), false),
-        key("the same at the wheel", Paint::line(ADAPTIVE, 1.6), false),
+        key("they at the wheel", Paint::line(ADAPTIVE, 1.6), false),
+        key("a fixed choice at the wheel", Paint::line(MINDFUL, 1.2), false),
         key("learned", Paint::fill(LEARNED), false),
         key("equal total cost", Paint::line(Ink::MUTED, 1.0).faded(0.45).dashed(), true),
     ]
@@ -46,6 +47,11 @@ fn keys() -> Vec<Key> {
 
 fn spot(point: &Point) -> Spot {
     (point.price, point.motor)
+}
+
+/// Where a fixed choice is at the wheel.
+fn wheel(point: &Point) -> Spot {
+    (point.driven_price, point.driven_motor)
 }
 
 fn panel(report: &CeilingReport, limit: f64) -> String {
@@ -63,7 +69,11 @@ fn panel(report: &CeilingReport, limit: f64) -> String {
             .filter(&shown)
             .for_each(|(x, y)| svg.circle(frame.at(x, y), 3.0, Paint::fill(ink).faded(0.35)));
     }
-    let mut labels = draw_front(&mut svg, &frame, report, &shown);
+    for at in report.points.iter().filter(|p| p.remembers).map(wheel).filter(&shown) {
+        svg.circle(frame.at(at.0, at.1), 3.5, Paint::line(MINDFUL, 1.2).faded(0.6));
+    }
+    let mut labels = draw_wheel(&mut svg, &frame, report, &shown);
+    labels.extend(draw_front(&mut svg, &frame, report, &shown));
     labels.extend(draw_adaptive(&mut svg, &frame, report, &shown));
     for l in report.learned.iter().filter(|l| shown(&(l.price, l.motor.mean))) {
         labels.push(diamond(
@@ -78,22 +88,22 @@ fn panel(report: &CeilingReport, limit: f64) -> String {
     svg.finish("Price of looks against motor cost: what the sensors allow")
 }
 
-/// The worst motor reward that is shown: where looks are dear everything counts, where they are cheap what is no worse
-/// than twice as far from the best as the best single member.
+/// The worst motor reward that is shown. Where looks are cheap it is what is worth showing beside the best: all ceilings, and
+/// as much again.
 fn lowest(report: &CeilingReport, limit: f64) -> f64 {
-    let all = report.points.iter().map(|p| p.price).fold(0.0, f64::max);
-    if limit >= all {
+    let motors = || report.points.iter().map(|p| p.motor);
+    if limit >= report.points.iter().map(|p| p.price).fold(0.0, f64::max) {
         return f64::NEG_INFINITY;
     }
-    let best = report.points.iter().map(|p| p.motor).fold(f64::NEG_INFINITY, f64::max);
-    let single = report.points.iter().filter(|p| p.members.len() == 1 && p.every == 1).map(|p| p.motor);
-    best - 4.0 * (best - single.fold(f64::NEG_INFINITY, f64::max)).max(0.05 * best.abs())
+    let (best, worst) = (motors().fold(f64::NEG_INFINITY, f64::max), motors().fold(f64::INFINITY, f64::min));
+    worst - 2.0 * (best - worst).max(0.05 * best.abs())
 }
 
 fn frame(svg: &mut Svg, area: Area, report: &CeilingReport, shown: &dyn Fn(&Spot) -> bool) -> Frame {
     let points = report.points.iter().map(spot);
     let learned = report.learned.iter().map(|l| (l.price, l.motor.mean));
-    let spots: Vec<Spot> = points.chain(learned).chain(lines(report)).filter(shown).collect();
+    let driven = report.points.iter().filter(|p| p.remembers).map(wheel);
+    let spots: Vec<Spot> = points.chain(learned).chain(lines(report)).chain(driven).filter(shown).collect();
     let x_axis = Axis::around("price of looks per motor step", spots.iter().map(|s| s.0).chain([0.0]));
     let y_axis = Axis::around("motor cost per motor step", spots.iter().map(|s| s.1));
     let frame = Frame::draw(svg, area, &x_axis, &y_axis);
@@ -110,7 +120,7 @@ fn frame(svg: &mut Svg, area: Area, report: &CeilingReport, shown: &dyn Fn(&Spot
     frame
 }
 
-/// Adaptive and clairvoyant looks, and the former at the wheel.
+/// Looks by need: the ceiling, and at the wheel.
 fn lines(report: &CeilingReport) -> impl Iterator<Item = Spot> {
     by_need(report).flat_map(|line| {
         let driven = line.driven.as_ref().map(|d| (d.motor.mean - d.total.mean, d.motor.mean));
@@ -122,30 +132,53 @@ fn by_need(report: &CeilingReport) -> impl Iterator<Item = &Line> {
     report.lines.iter().filter(|line| line.choice.is_none())
 }
 
-/// The best motor reward for every price, as steps.
+/// The best of the ceilings for every price, as steps.
 fn draw_front(
     svg: &mut Svg,
     frame: &Frame,
     report: &CeilingReport,
     shown: &dyn Fn(&Spot) -> bool,
 ) -> Vec<Label> {
-    let mut points: Vec<&Point> = report.points.iter().filter(|p| shown(&spot(p))).collect();
-    points.sort_by(|a, b| a.price.total_cmp(&b.price).then(b.motor.total_cmp(&a.motor)));
+    front(report, shown, spot).draw(svg, frame, Paint::line(MINDFUL, 1.6))
+}
+
+/// The best at the wheel for every price, as steps.
+fn draw_wheel(
+    svg: &mut Svg,
+    frame: &Frame,
+    report: &CeilingReport,
+    shown: &dyn Fn(&Spot) -> bool,
+) -> Vec<Label> {
+    front(report, shown, wheel).draw(svg, frame, Paint::line(MINDFUL, 1.6).dashed())
+}
+
+/// Points of which none is both dearer and worse than another.
+struct Front(Vec<(Spot, String)>);
+
+fn front(report: &CeilingReport, shown: &dyn Fn(&Spot) -> bool, at: fn(&Point) -> Spot) -> Front {
+    let mut points: Vec<&Point> = report.points.iter().filter(|p| p.remembers && shown(&at(p))).collect();
+    points.sort_by(|a, b| at(a).0.total_cmp(&at(b).0).then(at(b).1.total_cmp(&at(a).1)));
     let mut best = f64::NEG_INFINITY;
     points.retain(|p| {
-        let is_better = p.motor > best;
-        best = best.max(p.motor);
+        let is_better = at(p).1 > best;
+        best = best.max(at(p).1);
         is_better
     });
-    let mut steps: Vec<(f64, f64)> = Vec::new();
-    for point in &points {
-        let at = frame.at(point.price, point.motor);
-        steps.extend(steps.last().map(|&(_, y)| (at.0, y)));
-        steps.push(at);
+    Front(points.into_iter().map(|p| (at(p), name(p))).collect())
+}
+
+impl Front {
+    fn draw(self, svg: &mut Svg, frame: &Frame, paint: Paint) -> Vec<Label> {
+        let mut steps: Vec<(f64, f64)> = Vec::new();
+        let at = |spot: Spot| frame.at(spot.0, spot.1);
+        for place in self.0.iter().map(|(spot, _)| at(*spot)) {
+            steps.extend(steps.last().map(|&(_, y)| (place.0, y)));
+            steps.push(place);
+        }
+        steps.extend(steps.last().map(|&(_, y)| (frame.area.right(), y)));
+        svg.path(&steps, false, paint);
+        self.0.into_iter().map(|(spot, text)| Label { at: at(spot), text, optional: true }).collect()
     }
-    steps.extend(steps.last().map(|&(_, y)| (frame.area.right(), y)));
-    svg.path(&steps, false, Paint::line(MINDFUL, 1.6));
-    points.iter().map(|p| Label { at: frame.at(p.price, p.motor), text: name(p), optional: true }).collect()
 }
 
 fn name(point: &Point) -> String {

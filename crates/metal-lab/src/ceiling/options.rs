@@ -14,9 +14,9 @@ pub struct CeilingOptions {
     pub seed: u64,
     /// Phase of the plan whose roster and recipe are taken; none: the first one that learns attention.
     pub phase: Option<String>,
-    /// Motor steps that the driver drives itself to be taught.
+    /// Motor steps that the driver drives itself to be taught, and so each universal student.
     pub driver_steps: usize,
-    /// Iterations of its training.
+    /// Iterations of these trainings.
     pub driver_iterations: usize,
     /// Motor steps of the log.
     pub log_steps: usize,
@@ -42,13 +42,13 @@ impl Default for CeilingOptions {
             seeds: 3,
             seed: 1,
             phase: None,
-            driver_steps: 60_000,
-            driver_iterations: 12,
-            log_steps: 20_000,
+            driver_steps: 80_000,
+            driver_iterations: 16,
+            log_steps: 12_000,
             chance: 0.1,
-            folds: 4,
-            batches: 6000,
-            rounds: 3,
+            folds: 3,
+            batches: 4000,
+            rounds: 2,
             copies: 3,
             lookahead: 6,
             runs: 200,

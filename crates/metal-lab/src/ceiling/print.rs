@@ -45,8 +45,10 @@ fn head(out: &mut String, report: &CeilingReport) {
     let _ = writeln!(
         out,
         "{}: what the sensors of {} allow. {moments} moments of {} drivers that see everything (motor reward {}). \
-         Rewards per motor step, 95 % bootstrap intervals over the episodes that judge. The ceiling judges one move at a \
-         time on the driver's own moments; “at the wheel” the same students drive.",
+         Rewards per motor step, 95 % intervals: bootstrap over the episodes that judge for ceilings, Student's over \
+         trainings at the wheel. A ceiling judges one move at a time on the driver's own moments. At the wheel, fixed \
+         choices are driven by a universal student that was taught where they lead to, looks by need by the student of \
+         the ceiling.",
         report.title,
         report.world,
         report.logs.len(),
@@ -77,11 +79,16 @@ fn ceilings<'a>(out: &mut String, title: &str, lines: impl Iterator<Item = &'a L
             plain(line.motor.mean),
             banded(&line.total),
         ];
-        match &line.driven {
-            Some(d) => {
-                cells.extend([plain(d.motor.mean), plain(d.total.mean), number::percent(d.accidents.mean)])
-            }
-            None => cells.extend(["–".to_owned(), "–".to_owned(), "–".to_owned()]),
+        if let Some(d) = &line.driven {
+            let choices = if d.choices.is_empty() { "–".to_owned() } else { d.choices.join(", ") };
+            let numbers = [
+                plain(d.looks.mean),
+                plain(d.motor.mean),
+                banded(&d.total),
+                number::percent(d.accidents.mean),
+            ];
+            cells.push(choices);
+            cells.extend(numbers);
         }
         row(out, &cells);
     }

@@ -6,7 +6,6 @@ use super::situation::MOST;
 use super::subject::Subject;
 use metal_rl::counterfactual::Student;
 use metal_rl::counterfactual::gaze::Gaze;
-use metal_rl::num;
 use metal_rl::set::IndexSet;
 
 /// What an episode comes to under one way of looking; sums over its motor steps.
@@ -104,28 +103,6 @@ pub(super) fn adaptive(subject: &Subject<'_>, student: &Student, episodes: &[&Ep
     replayed(student, episodes, |gaze, moment| {
         let (action, _) = decide(student, gaze, &moment.readings, &mut scratch);
         (action, (gaze.attended(), subject.price(gaze.attended())))
-    })
-}
-
-/// `student` with the looks of somebody who knows before what each set of looks will lead to at this very moment. Nobody
-/// can look like that; nobody who learned as much and remembers nothing can do better.
-pub(super) fn clairvoyant(subject: &Subject<'_>, student: &Student, episodes: &[&Episode]) -> Vec<Score> {
-    let slots = student.layout().slots();
-    let sets: Vec<(IndexSet, f64)> =
-        (0..1u64 << slots).map(IndexSet::from_bits).map(|s| (s, subject.price(s))).collect();
-    let (mut scratch, mut input) = (student.scratch(), vec![0.0; student.layout().width()]);
-    replayed(student, episodes, |gaze, moment| {
-        (0..slots).for_each(|slot| gaze.look_again(student.layout(), slot, &moment.readings));
-        let mut moves = Vec::with_capacity(sets.len());
-        let worth = |&(set, price): &(IndexSet, f64)| {
-            student.layout().mask(gaze.input(), set, &mut input);
-            student.evaluate(&input, &mut scratch);
-            moves.push(student.best_move(&scratch));
-            -moment.loss(moves[moves.len() - 1]) - price
-        };
-        let worths: Vec<f64> = sets.iter().map(worth).collect();
-        let best = num::argmax(&worths);
-        (moves[best], sets[best])
     })
 }
 

@@ -71,7 +71,7 @@ pub struct Line {
     pub total: Estimate,
     /// Where it is lost.
     pub places: Vec<Place>,
-    /// At the wheel; none: nobody can look like that.
+    /// At the wheel.
     pub driven: Option<Driven>,
 }
 
@@ -88,9 +88,12 @@ pub struct Place {
     pub share: f64,
 }
 
-/// At the wheel, by the students of the first turn; intervals are Student's over drivers.
+/// At the wheel: fixed choices by a universal student that was taught where they lead to, looks by need by the student of
+/// the ceiling. Intervals are Student's over trainings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Driven {
+    /// The choices that were best in other episodes, training by training; none: looks by need.
+    pub choices: Vec<String>,
     /// Looks.
     pub looks: Estimate,
     /// Motor reward.
@@ -120,6 +123,10 @@ pub struct Point {
     pub motor: f64,
     /// The ceiling: motor reward minus price.
     pub total: f64,
+    /// Price of looks at the wheel, ≥ 0.
+    pub driven_price: f64,
+    /// Motor reward at the wheel.
+    pub driven_motor: f64,
 }
 
 /// One way of looking against another: ratio of total costs, below 1 if the first is cheaper.
@@ -235,7 +242,7 @@ fn line(subject: &Subject<'_>, trials: &[Trial], row: Row) -> Line {
         motor: per_step(&strata, |j| j.motor()),
         total: per_step(&strata, |j| j.total()),
         places: places(subject, &strata),
-        driven: driven(trials, row),
+        driven: driven(subject, trials, row),
     }
 }
 
@@ -268,21 +275,24 @@ fn places(subject: &Subject<'_>, strata: &Strata<'_>) -> Vec<Place> {
     names.iter().enumerate().map(place).collect()
 }
 
-fn driven(trials: &[Trial], row: Row) -> Option<Driven> {
-    let drives: Vec<&Drive> =
-        trials.iter().filter_map(|t| t.driven.iter().find(|(r, _)| *r == row).map(|(_, d)| d)).collect();
+fn driven(subject: &Subject<'_>, trials: &[Trial], row: Row) -> Option<Driven> {
+    let find = |t: &'_ Trial| {
+        t.driven.iter().position(|(r, ..)| *r == row).map(|i| (t.driven[i].1, t.driven[i].2.clone()))
+    };
+    let drives: Vec<(Option<Fixed>, Drive)> = trials.iter().filter_map(find).collect();
     let over =
-        |number: &dyn Fn(&Drive) -> f64| student(&drives.iter().map(|d| number(d)).collect::<Vec<_>>());
+        |number: &dyn Fn(&Drive) -> f64| student(&drives.iter().map(|(_, d)| number(d)).collect::<Vec<_>>());
     let cause = |name: &String| {
-        let sum: f64 = drives.iter().filter_map(|d| d.causes.get(name)).sum();
+        let sum: f64 = drives.iter().filter_map(|(_, d)| d.causes.get(name)).sum();
         (name.clone(), sum / drives.len() as f64)
     };
     Some(Driven {
+        choices: drives.iter().filter_map(|(choice, _)| choice.map(|c| words(subject, c))).collect(),
         looks: over(&|d| d.looks)?,
         motor: over(&|d| d.motor)?,
-        total: over(&|d| d.motor - d.price)?,
+        total: over(&Drive::total)?,
         accidents: over(&|d| d.accidents)?,
-        causes: drives.first()?.causes.keys().map(cause).collect(),
+        causes: drives.first()?.1.causes.keys().map(cause).collect(),
     })
 }
 
@@ -292,6 +302,10 @@ fn point(subject: &Subject<'_>, trials: &[Trial], choice: Fixed) -> Point {
     let mean = |number: &dyn Fn(&Judged<'_>) -> f64| {
         strata.iter().flatten().map(number).sum::<f64>() / steps.max(1.0)
     };
+    let drives: Vec<&Drive> =
+        trials.iter().filter_map(|t| t.wheel.iter().find(|(c, _)| *c == choice).map(|(_, d)| d)).collect();
+    let wheel =
+        |number: &dyn Fn(&Drive) -> f64| drives.iter().map(|d| number(d)).sum::<f64>() / drives.len() as f64;
     Point {
         members: choice.slots.iter().map(|s| subject.names[s].clone()).collect(),
         every: choice.every,
@@ -300,6 +314,8 @@ fn point(subject: &Subject<'_>, trials: &[Trial], choice: Fixed) -> Point {
         price: mean(&|j| j.score.price),
         motor: mean(&|j| j.motor()),
         total: mean(&|j| j.total()),
+        driven_price: wheel(&|d| d.price),
+        driven_motor: wheel(&|d| d.motor),
     }
 }
 
@@ -307,7 +323,6 @@ fn point(subject: &Subject<'_>, trials: &[Trial], choice: Fixed) -> Point {
 fn ratios(trials: &[Trial]) -> Vec<Ratio> {
     let pairs = [
         (Looking::Adaptive, Looking::AnyAlways, false),
-        (Looking::Clairvoyant, Looking::AnyAlways, false),
         (Looking::Adaptive, Looking::AnyAlways, true),
         (Looking::Adaptive, Looking::AnyFixed, true),
     ];

@@ -16,8 +16,6 @@ pub(super) enum Looking {
     AnyFixed,
     /// By need.
     Adaptive,
-    /// By need, knowing what will be seen.
-    Clairvoyant,
 }
 
 /// A row.
@@ -34,7 +32,7 @@ impl Row {
         let mindful = |looking| Self { looking, remembers: true };
         let sizes = || (0..=slots).map(Looking::Always);
         let mut rows: Vec<Self> = sizes().map(plain).collect();
-        rows.extend([Looking::AnyAlways, Looking::Adaptive, Looking::Clairvoyant].map(plain));
+        rows.extend([Looking::AnyAlways, Looking::Adaptive].map(plain));
         rows.extend(sizes().map(mindful));
         rows.push(mindful(Looking::AnyAlways));
         rows.extend((2..=SLOWEST).map(Looking::Every).map(mindful));
@@ -51,7 +49,7 @@ impl Row {
                 Looking::AnyAlways => always,
                 Looking::Every(every) => choice.every == every,
                 Looking::AnyFixed => true,
-                Looking::Adaptive | Looking::Clairvoyant => false,
+                Looking::Adaptive => false,
             }
     }
 
@@ -65,7 +63,6 @@ impl Row {
             Looking::Every(every) => format!("best at every {every}. step"),
             Looking::AnyFixed => "best fixed choice of all".to_owned(),
             Looking::Adaptive => "adaptive looks".to_owned(),
-            Looking::Clairvoyant => "clairvoyant looks".to_owned(),
         }
     }
 }

@@ -120,12 +120,32 @@ impl<'a> Subject<'a> {
         options: &CeilingOptions,
         streams: &Streams,
     ) -> Result<Student, RunError> {
-        let memory = match (remembers, self.recipe.memory.looks) {
+        self.newborn(self.looker_config(self.memory(remembers), options), streams)
+    }
+
+    /// A newborn student whose looks are not its choice, with or without a memory.
+    pub fn watcher(
+        &self,
+        remembers: bool,
+        options: &CeilingOptions,
+        streams: &Streams,
+    ) -> Result<Student, RunError> {
+        let memory = self.memory(remembers);
+        let fit = FitConfig { batches: options.batches, ..self.recipe.fit.clone() };
+        let config =
+            CounterfactualConfig { memory, fit, judged: self.recipe.judged, ..self.driver_config(options) };
+        self.newborn(config, streams)
+    }
+
+    fn memory(&self, remembers: bool) -> MemoryConfig {
+        match (remembers, self.recipe.memory.looks) {
             (false, _) => MemoryConfig::default(),
             (true, 0) => MEMORY,
             (true, _) => self.recipe.memory,
-        };
-        let config = self.looker_config(memory, options);
+        }
+    }
+
+    fn newborn(&self, config: CounterfactualConfig, streams: &Streams) -> Result<Student, RunError> {
         let mind = Mind::newborn(self.plan, streams)?;
         let shape = student_shape(&config, &mind.members, &self.slots, &self.plan.spec);
         let shape = shape.map_err(|e| RunError::Counterfactual(e.into()))?;
@@ -137,7 +157,7 @@ impl<'a> Subject<'a> {
         let config = self.driver_config(options);
         let judged = 1 + self.plan.spec.actions.len() * (1 + config.horizon);
         let tests = options.runs * self.plan.spec.horizon;
-        options.seeds * (options.driver_steps + options.log_steps * judged + tests)
+        options.seeds * ((3 * options.driver_steps + options.log_steps) * judged + tests)
     }
 }
 

@@ -1,10 +1,10 @@
 //! One driver, its log, and every way of looking along it; the shares of the log take turns.
 
 use super::log::{Episode, kept};
-use super::replay::{Fixed, Score, adaptive, choices, clairvoyant, fixed, sum};
+use super::replay::{Fixed, Score, adaptive, choices, fixed, sum};
 use super::rows::{Looking, Row};
 use super::wheel::{Drive, Wheel};
-use super::{CeilingOptions, driver, lesson, subject::Subject};
+use super::{CeilingOptions, driver, lesson, own, subject::Subject};
 use crate::plan::PlanError;
 use crate::progress::Progress;
 use crate::train::RunError;
@@ -20,8 +20,10 @@ pub(super) struct Trial {
     pub size: (usize, usize),
     /// Every turn.
     pub turns: Vec<Turn>,
-    /// Every row at the wheel, by the students of the first turn.
-    pub driven: Vec<(Row, Drive)>,
+    /// Every fixed choice at the wheel, in the episodes that choose.
+    pub wheel: Vec<(Fixed, Drive)>,
+    /// Every row at the wheel, in episodes of its own, with what was chosen.
+    pub driven: Vec<(Row, Option<Fixed>, Drive)>,
 }
 
 /// A turn: somebody learned from one share of the log, another share chose, a third one judges.
@@ -32,10 +34,8 @@ pub(super) struct Turn {
     /// Every choice where it is judged, episode by episode.
     judged: Vec<Vec<Score>>,
     adaptive: [Vec<Score>; 2],
-    clairvoyant: Vec<Score>,
-    forgetful: Student,
-    /// For fixed looks, and for its own.
-    mindful: [Student; 2],
+    /// Who looks by need, without memory and with it.
+    lookers: [Student; 2],
 }
 
 impl Turn {
@@ -49,7 +49,6 @@ impl Turn {
     pub fn scores(&self, row: Row) -> &[Score] {
         match row.looking {
             Looking::Adaptive => &self.adaptive[usize::from(row.remembers)],
-            Looking::Clairvoyant => &self.clairvoyant,
             _ => self.choice(row).map_or(&[], |choice| self.fixed(choice)),
         }
     }
@@ -57,15 +56,6 @@ impl Turn {
     /// A fixed choice where it is judged, episode by episode.
     pub fn fixed(&self, choice: Fixed) -> &[Score] {
         self.choices.iter().position(|c| *c == choice).map_or(&[], |i| &self.judged[i])
-    }
-
-    /// Who acts in `row`.
-    fn student(&self, row: Row) -> &Student {
-        match (row.remembers, row.looking) {
-            (false, _) => &self.forgetful,
-            (true, Looking::Adaptive) => &self.mindful[1],
-            (true, _) => &self.mindful[0],
-        }
     }
 }
 
@@ -86,17 +76,47 @@ pub(super) fn run(
     }
     progress.stage("students learn from the log, and every way of looking is replayed");
     let turns = turns(subject, &log, options, streams, progress)?;
+    progress.stage("universal students learn");
+    let universal =
+        [false, true].map(|remembers| own::universal(subject, remembers, options, streams, progress));
+    let [plain, mindful] = universal;
+    let students = [plain?, mindful?];
     progress.stage("students at the wheel");
     let wheel = Wheel { subject, runs: options.runs, streams: streams.child("wheel"), progress };
-    let first = &turns[0];
-    let rows = Row::all(subject.slots.len()).into_iter().filter(|row| row.looking != Looking::Clairvoyant);
-    let drive = |row: Row| Ok((row, wheel.drive(first.student(row), first.choice(row))?));
+    let (choosing, driven) = at_the_wheel(&wheel, &students, &turns[0])?;
     Ok(Trial {
         driver: wheel.drive(&driver, None)?,
         size: (log.iter().map(Vec::len).sum(), log.len()),
-        driven: rows.map(drive).collect::<Result<_, RunError>>()?,
+        wheel: choosing,
+        driven,
         turns,
     })
+}
+
+/// A row at the wheel, with the choice it made.
+type Driven = (Row, Option<Fixed>, Drive);
+
+/// Every fixed choice by the universal students, in some episodes; then the best of every row in others. Looks by need are
+/// those of the first turn's students.
+fn at_the_wheel(
+    wheel: &Wheel<'_>,
+    universal: &[Student; 2],
+    turn: &Turn,
+) -> Result<(Vec<(Fixed, Drive)>, Vec<Driven>), RunError> {
+    let student = |choice: &Fixed| &universal[usize::from(choice.remembers)];
+    let choosing = Wheel { runs: wheel.runs.div_ceil(4), streams: wheel.streams.child("choosing"), ..*wheel };
+    let choices = turn.choices.par_iter().map(|c| Ok((*c, choosing.drive(student(c), Some(*c))?)));
+    let choices: Vec<(Fixed, Drive)> = choices.collect::<Result<_, RunError>>()?;
+    let drive = |row: &Row| {
+        let own = choices.iter().filter(|(choice, _)| row.allows(choice));
+        let best = own.max_by(|a, b| a.1.total().total_cmp(&b.1.total())).map(|(choice, _)| *choice);
+        let by_need = &turn.lookers[usize::from(row.remembers)];
+        let drive = wheel.drive(best.as_ref().map_or(by_need, student), best)?;
+        Ok((*row, best, drive))
+    };
+    let rows = Row::all(wheel.subject.slots.len());
+    let driven = rows.par_iter().map(drive).collect::<Result<_, RunError>>()?;
+    Ok((choices, driven))
 }
 
 fn turns(
@@ -159,9 +179,7 @@ fn turn(
         judged,
         choices,
         adaptive: [adaptive(subject, &forgetful, &shares.judge), adaptive(subject, &own, &shares.judge)],
-        clairvoyant: clairvoyant(subject, &forgetful, &shares.judge),
-        forgetful,
-        mindful: [last, own],
+        lookers: [forgetful, own],
     })
 }
 

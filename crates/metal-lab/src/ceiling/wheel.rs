@@ -41,6 +41,13 @@ pub(super) struct Drive {
     pub causes: BTreeMap<String, f64>,
 }
 
+impl Drive {
+    /// Motor reward minus price.
+    pub fn total(&self) -> f64 {
+        self.motor - self.price
+    }
+}
+
 impl Wheel<'_> {
     /// `student` under a fixed choice of looks, or with its own.
     pub fn drive(&self, student: &Student, choice: Option<Fixed>) -> Result<Drive, RunError> {

@@ -59,11 +59,13 @@ fn head(out: &mut String, report: &CeilingReport) {
 fn ceilings<'a>(out: &mut String, title: &str, lines: impl Iterator<Item = &'a Line>) {
     let columns = [
         "looks are",
-        "mostly",
+        "ceiling of",
         "looks",
-        "ceiling: motor",
-        "ceiling: total",
-        "at the wheel: motor",
+        "motor",
+        "total",
+        "at the wheel",
+        "looks",
+        "motor",
         "total",
         "accidents",
     ];

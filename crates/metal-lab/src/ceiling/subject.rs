@@ -3,6 +3,7 @@
 use super::CeilingOptions;
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan, PlanError};
+use crate::registry::EnvironmentConfig;
 use crate::train::RunError;
 use metal_rl::counterfactual::iterate::student_shape;
 use metal_rl::counterfactual::{
@@ -34,6 +35,7 @@ pub(super) struct Subject<'a> {
 
 impl<'a> Subject<'a> {
     pub fn new(plan: &'a Plan, options: &CeilingOptions) -> Result<Self, RunError> {
+        check_world(plan)?;
         let phase = phase(plan, options)?;
         let slots: Vec<usize> = plan.roster(&plan.file.phase[phase].roster).iter().collect();
         if slots.is_empty() || slots.len() > MOST_MEMBERS {
@@ -42,10 +44,6 @@ impl<'a> Subject<'a> {
                 slots.len()
             );
             return Err(PlanError::at(format!("phase.{phase}.roster"), message).into());
-        }
-        if plan.file.environment.build()?.fork().is_none() {
-            let message = format!("{} cannot be copied, so no move can be rolled out in it", plan.spec.id);
-            return Err(PlanError::at("environment", message).into());
         }
         let names = slots.iter().map(|&m| plan.members[m].name.clone()).collect();
         let recipe =
@@ -159,6 +157,17 @@ impl<'a> Subject<'a> {
         let tests = options.runs * self.plan.spec.horizon;
         options.seeds * ((3 * options.driver_steps + options.log_steps) * judged + tests)
     }
+}
+
+/// Moves can only be judged in copies of a world that heeds them.
+fn check_world(plan: &Plan) -> Result<(), RunError> {
+    let deaf = matches!(plan.file.environment, EnvironmentConfig::Replay(_));
+    if !deaf && plan.file.environment.build()?.fork().is_some() {
+        return Ok(());
+    }
+    let why = if deaf { "is a recording, which goes on as it went then" } else { "cannot be copied" };
+    let message = format!("{} {why}, so no move can be rolled out in it", plan.spec.id);
+    Err(PlanError::at("environment", message).into())
 }
 
 /// The phase whose roster and recipe are taken.

@@ -156,7 +156,8 @@ impl<'a> Shares<'a> {
     }
 }
 
-fn turn(
+/// Learns from one share, replays in the two others.
+pub(super) fn turn(
     subject: &Subject<'_>,
     shares: &Shares<'_>,
     options: &CeilingOptions,

@@ -113,7 +113,7 @@ impl<'a> Viewer<'a> {
             let before = gaze.clone();
             let mut full = gaze.clone();
             (0..layout.slots()).for_each(|slot| full.look_again(layout, slot, &moment.readings));
-            self.look(&mut gaze, (t + shift) % self.every == 0, &moment.readings);
+            self.look(&mut gaze, (t + shift).is_multiple_of(self.every), &moment.readings);
             let looks = gaze.attended();
             let stops = followed.map_or_else(Vec::new, |steps| {
                 self.stops(&before, full.input(), looks, &Future { episode, t, steps })

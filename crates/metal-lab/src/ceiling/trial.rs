@@ -21,9 +21,9 @@ pub(super) struct Trial {
     /// Every turn.
     pub turns: Vec<Turn>,
     /// Every fixed choice at the wheel, in the episodes that choose.
-    pub wheel: Vec<(Fixed, Drive)>,
+    pub wheel: Vec<Chosen>,
     /// Every row at the wheel, in episodes of its own, with what was chosen.
-    pub driven: Vec<(Row, Option<Fixed>, Drive)>,
+    pub driven: Vec<Driven>,
 }
 
 /// A turn: somebody learned from one share of the log, another share chose, a third one judges.
@@ -93,6 +93,8 @@ pub(super) fn run(
     })
 }
 
+/// A fixed choice at the wheel.
+type Chosen = (Fixed, Drive);
 /// A row at the wheel, with the choice it made.
 type Driven = (Row, Option<Fixed>, Drive);
 
@@ -102,11 +104,11 @@ fn at_the_wheel(
     wheel: &Wheel<'_>,
     universal: &[Student; 2],
     turn: &Turn,
-) -> Result<(Vec<(Fixed, Drive)>, Vec<Driven>), RunError> {
+) -> Result<(Vec<Chosen>, Vec<Driven>), RunError> {
     let student = |choice: &Fixed| &universal[usize::from(choice.remembers)];
     let choosing = Wheel { runs: wheel.runs.div_ceil(4), streams: wheel.streams.child("choosing"), ..*wheel };
     let choices = turn.choices.par_iter().map(|c| Ok((*c, choosing.drive(student(c), Some(*c))?)));
-    let choices: Vec<(Fixed, Drive)> = choices.collect::<Result<_, RunError>>()?;
+    let choices: Vec<Chosen> = choices.collect::<Result<_, RunError>>()?;
     let drive = |row: &Row| {
         let own = choices.iter().filter(|(choice, _)| row.allows(choice));
         let best = own.max_by(|a, b| a.1.total().total_cmp(&b.1.total())).map(|(choice, _)| *choice);

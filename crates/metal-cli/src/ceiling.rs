@@ -12,16 +12,17 @@ use std::path::{Path, PathBuf};
 
 pub const EXAMPLES: &str = "\
 Examples:
-  metal ceiling experiments/attention.toml                     the highway, three drivers: some CPU-minutes each
-  metal ceiling experiments/toy.toml --log-steps 40000         a task of one move per episode wants more episodes
+  metal ceiling experiments/attention.toml            the highway: some CPU-minutes for each driver
+  metal ceiling experiments/toy.toml --log-steps 40000
   metal ceiling experiments/attention.toml --learned runs/run --out runs/ceiling
-  metal ceiling experiments/attention.toml --quick             see everything work
+  metal ceiling experiments/attention.toml --quick    see everything work
 
-The folder gets ceiling.json, ceiling.md (the tables) and ceiling-all.svg, ceiling-cheap.svg: motor cost against the price of
-looks for every subset at every rhythm, adaptive looks, and what was learned.
+The folder gets ceiling.json, ceiling.md (the tables), ceiling-all.svg and ceiling-cheap.svg: motor
+cost against the price of looks for every subset at every rhythm, looks by need, and what was learned.
 
-A ceiling judges one move at a time where a driver goes that sees everything: it is optimistic about drift and pessimistic
-about adaptation. The columns \"at the wheel\" say what students cost that were taught where their looks lead to.";
+A ceiling judges one move at a time where a driver goes that sees everything: it is optimistic about
+drift and pessimistic about adaptation. \"At the wheel\" are students that were taught where their
+looks lead to.";
 
 /// `metal ceiling`
 #[derive(Debug, Args)]

@@ -18,7 +18,7 @@ Examples:
   metal ceiling experiments/attention.toml --quick    see everything work
 
 The folder gets ceiling.json, ceiling.md (the tables), ceiling-all.svg and ceiling-cheap.svg: motor
-cost against the price of looks for every subset at every rhythm, looks by need, and what was learned.
+cost against the price of looks for every subset at every rhythm, looks by need, what was learned.
 
 A ceiling judges one move at a time where a driver goes that sees everything: it is optimistic about
 drift and pessimistic about adaptation. \"At the wheel\" are students that were taught where their

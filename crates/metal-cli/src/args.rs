@@ -46,6 +46,9 @@ pub enum Command {
     /// The same for a table: classification with columns that cost
     #[command(after_help = TABULAR)]
     Tabular(Tabular),
+    /// Say what the sensors of an experiment allow: the cost of every fixed choice of looks and of looks by need
+    #[command(after_help = crate::ceiling::EXAMPLES)]
+    Ceiling(crate::ceiling::Request),
     /// Break sensors and change the world: what it costs every policy, and whether a mind that learns on copes
     #[command(after_help = FAULTS)]
     Faults(crate::faults::Broken),

@@ -45,6 +45,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             let table = csv_task(&request.file, &request.target, request.prices.as_deref())?;
             compare(&table, &request.comparing)
         }
+        Command::Ceiling(request) => crate::ceiling::run(&request),
         Command::Faults(request) => crate::faults::run(&request),
         Command::Aliasing(aliasing) => bound(&aliasing),
         Command::Serve(request) => robots::serve(&request),

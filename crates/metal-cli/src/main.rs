@@ -4,6 +4,7 @@
 
 mod args;
 mod bar;
+mod ceiling;
 mod check;
 mod commands;
 mod faults;

@@ -83,6 +83,7 @@ fn help_texts_teach() {
         "tabular",
         "transfer",
         "faults",
+        "ceiling",
     ];
     expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
     for command in commands {
@@ -341,4 +342,29 @@ fn a_table_is_compared() {
     let text = output(&[&priced[..], &BRIEFLY].concat());
     assert!(text.contains("both") && text.contains("always `"), "{text}");
     assert!(complaint(1, &["tabular", file, "--target", "sick"]).contains("known: a, b, ill"));
+}
+
+#[test]
+fn a_ceiling_is_measured_beside_what_was_learned() {
+    let (toy, folder) = (toy(), temporary("ceiling"));
+    let _ = std::fs::remove_dir_all(&folder);
+    let out = folder.to_str().unwrap();
+    let quick = ["ceiling", &toy, "--quick", "--set", "phase.attention.roster=[\"MN\", \"IR\"]"];
+    let quick = [&quick[..], &["--set", "policy.acl.roster=[\"MN\", \"IR\"]", "--threads", "1"]].concat();
+    let text = output(&[&quick[..], &["--learned", run_folder(), "--out", out]].concat());
+    for wanted in ["what the sensors of Toy-v0 allow", "best of 2", "adaptive looks", "Learned", "| acl |"] {
+        assert!(text.contains(wanted), "{wanted} is missing in\n{text}");
+    }
+    assert_eq!(std::fs::read_to_string(folder.join("ceiling.md")).unwrap(), text);
+    let json = std::fs::read_to_string(folder.join("ceiling.json")).unwrap();
+    let report: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(report["members"], serde_json::json!(["MN", "IR"]));
+    assert_eq!(report["points"].as_array().unwrap().len(), 4 + 1 + 3 * 4);
+    assert!(std::fs::read_to_string(folder.join("ceiling-all.svg")).unwrap().starts_with("<svg"));
+    let again = complaint(1, &[&quick[..], &["--out", out]].concat());
+    assert!(again.contains("ceiling.json: exists; replace it with --force"), "{again}");
+    let said = complaint(1, &[&quick[..], &["--phase", "nowhere"]].concat());
+    assert!(said.contains("phase: unknown phase `nowhere`; known: attention"), "{said}");
+    assert!(complaint(1, &[&quick[..], &["--chance", "2"]].concat()).contains("chance: 2: in (0, 1]"));
+    assert!(complaint(1, &[&quick[..], &["--learned", "/nowhere"]].concat()).contains("not a run folder"));
 }

@@ -35,6 +35,7 @@ pub mod store;
 pub mod progress;
 
 pub mod bench;
+pub mod ceiling;
 pub mod task;
 
 pub use metal_rl::measure::aliasing::bound as aliasing_bound;

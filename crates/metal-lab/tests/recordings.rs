@@ -1,6 +1,7 @@
 //! Recordings in experiments: a run that is recorded is the run, and a mind learns from a recording what it learned live.
 #![allow(clippy::unwrap_used)]
 
+use metal_lab::ceiling::CeilingOptions;
 use metal_lab::finish;
 use metal_lab::mind::Mind;
 use metal_lab::plan::{Plan, parse};
@@ -164,6 +165,9 @@ fn a_whole_run_of_several_trainings_is_recorded_as_it_happened() {
 fn a_whole_experiment_runs_on_a_recording() {
     let (path, _) = record("demonstration", newborn(), 0);
     let plan = plan(&format!("[environment.replay]\nfile = {:?}", path.to_str().unwrap()));
+    let ceiling =
+        metal_lab::ceiling::run(&plan, &CeilingOptions::default(), &Silent).unwrap_err().to_string();
+    assert!(ceiling.starts_with("environment: ") && ceiling.contains("is a recording"), "{ceiling}");
     let options = Options { seeds: 1, seed: 1, quick: false, all_subsets: false };
     let outcome = execute(plan, options, &Silent).unwrap();
     let tables = &outcome.tables["training"];

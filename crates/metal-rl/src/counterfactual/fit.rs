@@ -55,6 +55,16 @@ pub fn fit(student: &mut Student, data: &[&Judged], price_share: f64, streams: &
     loss.mean()
 }
 
+/// As [`fit`], after the units of the student were taken from the labels: for whoever has labels of its own.
+///
+/// # Panics
+/// If there is no data.
+pub fn learn(student: &mut Student, data: &[&Judged], price_share: f64, streams: &Streams) -> f64 {
+    let unit = student.config().fit.unit;
+    student.set_scale(scale(data, unit));
+    fit(student, data, price_share, streams)
+}
+
 /// A running mean.
 #[derive(Default)]
 pub(super) struct Mean {

@@ -159,6 +159,12 @@ impl Student {
         self.rule
     }
 
+    /// The same knowledge under another rule of looking.
+    #[must_use]
+    pub fn under(&self, rule: Rule) -> Self {
+        Self { rule, wide_eyed: false, ..self.clone() }
+    }
+
     /// Price of looking at each slot.
     #[must_use]
     pub fn prices(&self) -> &[f64] {

@@ -3,7 +3,7 @@
 use super::Task;
 use crate::plan::PlanError;
 use metal_rl::counterfactual::{
-    CounterfactualConfig, CriticConfig, FitConfig, JudgeConfig, LookRule, MemoryConfig, Unit,
+    CounterfactualConfig, CriticConfig, FitConfig, Inputs, JudgeConfig, LookRule, MemoryConfig, Unit,
 };
 use metal_rl::environment::Environment;
 use metal_rl::learner::LearnerError;
@@ -122,7 +122,7 @@ impl AttentionMethod {
                 own_looks: 0.5,
                 open_eyes: 0.8,
                 relative: true,
-                standardize: true,
+                inputs: Inputs::Standardized,
                 unit: Unit::MeanAbsolute,
                 ..FitConfig::default()
             },

@@ -69,6 +69,18 @@ impl Unit {
     }
 }
 
+/// What the student's readings are measured in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Inputs {
+    /// As the members' views scale them.
+    #[default]
+    Scaled,
+    /// Standard deviations from the mean of what was seen until looks cost their full price: a network is slow to learn
+    /// from numbers that use a small part of their range.
+    Standardized,
+}
+
 /// How the networks are fitted to an iteration's labels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -105,9 +117,8 @@ pub struct FitConfig {
     pub averaged: f64,
     /// What advantages are measured in; the optimiser's clip is in this unit.
     pub unit: Unit,
-    /// Whether readings are taken in units of their own spread, as they were seen until looks cost their full price; else
-    /// in those of the members' views.
-    pub standardize: bool,
+    /// What readings are measured in.
+    pub inputs: Inputs,
     /// The step size of the optimiser falls to this share of itself over a fit, in (0, 1].
     pub final_rate: f64,
 }
@@ -128,7 +139,7 @@ impl Default for FitConfig {
             weight_decay: 0.1,
             averaged: 0.3,
             unit: Unit::default(),
-            standardize: false,
+            inputs: Inputs::default(),
             final_rate: 0.02,
         }
     }

@@ -188,7 +188,7 @@ impl Lesson {
             for _ in 0..teacher.config().fit.looks_per_sample {
                 self.label_look(row, (judged, mask), teacher, price_share);
             }
-            self.to_units(row, teacher);
+            self.convert(row, teacher);
         }
     }
 
@@ -198,12 +198,12 @@ impl Lesson {
         for row in 0..self.rows {
             let (judged, _) = self.draw(row, teacher, data);
             self.label((row, 0), (judged.value - scale.centre) / scale.value, 1.0);
-            self.to_units(row, teacher);
+            self.convert(row, teacher);
         }
     }
 
     /// Brings a row to the student's units, in which its networks see it.
-    fn to_units(&mut self, row: usize, student: &Student) {
+    fn convert(&mut self, row: usize, student: &Student) {
         if let Some(units) = student.units() {
             units.apply(student.layout(), &mut self.inputs[row * self.width..(row + 1) * self.width]);
         }

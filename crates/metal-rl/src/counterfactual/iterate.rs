@@ -1,6 +1,6 @@
 //! The iterations: drive, judge, fit, test on a validation stream, and keep the best student.
 
-use super::config::CounterfactualConfig;
+use super::config::{CounterfactualConfig, Inputs};
 use super::diary::{Iterate, best, finalists};
 use super::fit::{fit, scale};
 use super::judge::{Drive, Judge, Judged, Labels, Workers};
@@ -178,7 +178,7 @@ impl Course<'_> {
             return Ok(());
         }
         self.student.set_scale(scale(&data, config.fit.unit));
-        if config.fit.standardize && (iteration == 0 || price_share < 1.0) {
+        if config.fit.inputs == Inputs::Standardized && (iteration == 0 || price_share < 1.0) {
             let full = data.iter().map(|judged| &judged.full[..]);
             self.student.set_units(Units::of(self.student.layout(), full));
         }

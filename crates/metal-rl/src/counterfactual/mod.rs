@@ -27,7 +27,7 @@ pub mod student;
 mod trial;
 mod units;
 
-pub use config::{CounterfactualConfig, FitConfig, Unit};
+pub use config::{CounterfactualConfig, FitConfig, Inputs, Unit};
 pub use critic::CriticConfig;
 pub use diary::Iterate;
 pub use gaze::MemoryConfig;

@@ -183,10 +183,10 @@ impl Lesson {
                 self.label((row, action), advantage / unit, 1.0);
             }
             if !teacher.open_looks(mask).is_empty() {
-                self.label_stop(row, (judged, mask), teacher);
-            }
-            for _ in 0..teacher.config().fit.looks_per_sample {
-                self.label_look(row, (judged, mask), teacher, price_share);
+                let now = self.label_stop(row, (judged, mask), teacher);
+                for _ in 0..teacher.config().fit.looks_per_sample {
+                    self.label_look(row, (judged, mask), teacher, (price_share, now));
+                }
             }
             self.convert(row, teacher);
         }
@@ -215,41 +215,34 @@ impl Lesson {
         self.weights[at] = weight;
     }
 
-    /// What the move that the teacher prefers turned out to be worth.
-    fn label_stop(&mut self, row: usize, (judged, mask): (&Judged, IndexSet), teacher: &Student) {
+    /// What the move that the teacher prefers turned out to be worth; returns what looks are valued against there, and how
+    /// much such a label counts.
+    fn label_stop(
+        &mut self,
+        row: usize,
+        (judged, mask): (&Judged, IndexSet),
+        teacher: &Student,
+    ) -> (f64, f32) {
         teacher.evaluate(&self.inputs[row * self.width..(row + 1) * self.width], &mut self.scratch);
         let (worth, exact) = judged.stop(mask, teacher.best_move(&self.scratch));
         let weight = if exact { 1.0 } else { teacher.config().fit.inexact as f32 };
         self.label((row, teacher.stop()), worth / teacher.scale().advantage, weight);
+        if teacher.config().fit.relative { (worth, weight) } else { (0.0, 1.0) }
     }
 
-    /// One look that is open at the mask, drawn at random, if there is any.
+    /// One look that is open at the mask, drawn at random; `now` is what [`Self::label_stop`] returned.
     fn label_look(
         &mut self,
         row: usize,
         (judged, mask): (&Judged, IndexSet),
         teacher: &Student,
-        price_share: f64,
+        (price_share, (now, weight)): (f64, (f64, f32)),
     ) {
         let open = teacher.open_looks(mask);
-        if open.is_empty() {
-            return;
-        }
         let Some(slot) = open.iter().nth(self.rng.below(open.len())) else { return };
-        let (now, weight) = self.move_now(row, (judged, mask), teacher);
         let work = (&mut self.masked[..], &mut self.scratch);
         let worth = look_worth(teacher, judged, (mask, slot), price_share, work);
         self.label((row, teacher.actions() + slot), (worth - now) / teacher.scale().advantage, weight);
-    }
-
-    /// What looks are valued against at a row, and how much such a label counts: what moving at once was worth, or nothing.
-    fn move_now(&mut self, row: usize, (judged, mask): (&Judged, IndexSet), teacher: &Student) -> (f64, f32) {
-        if !teacher.config().fit.relative {
-            return (0.0, 1.0);
-        }
-        teacher.evaluate(&self.inputs[row * self.width..(row + 1) * self.width], &mut self.scratch);
-        let (worth, exact) = judged.stop(mask, teacher.best_move(&self.scratch));
-        (worth, if exact { 1.0 } else { teacher.config().fit.inexact as f32 })
     }
 
     /// The looks through which a state is seen: those of the rule; else some that the teacher would take itself, or

@@ -72,8 +72,9 @@ fn panel(report: &CeilingReport, limit: f64) -> String {
     for at in report.points.iter().filter(|p| p.remembers).map(wheel).filter(&shown) {
         svg.circle(frame.at(at.0, at.1), 3.5, Paint::line(MINDFUL, 1.2).faded(0.6));
     }
-    let mut labels = draw_wheel(&mut svg, &frame, report, &shown);
-    labels.extend(draw_front(&mut svg, &frame, report, &shown));
+    let paint = Paint::line(MINDFUL, 1.6);
+    let mut labels = front(report, &shown, wheel).draw(&mut svg, &frame, paint.dashed());
+    labels.extend(front(report, &shown, spot).draw(&mut svg, &frame, paint));
     labels.extend(draw_adaptive(&mut svg, &frame, report, &shown));
     for l in report.learned.iter().filter(|l| shown(&(l.price, l.motor.mean))) {
         labels.push(diamond(
@@ -130,26 +131,6 @@ fn lines(report: &CeilingReport) -> impl Iterator<Item = Spot> {
 
 fn by_need(report: &CeilingReport) -> impl Iterator<Item = &Line> {
     report.lines.iter().filter(|line| line.choice.is_none())
-}
-
-/// The best of the ceilings for every price, as steps.
-fn draw_front(
-    svg: &mut Svg,
-    frame: &Frame,
-    report: &CeilingReport,
-    shown: &dyn Fn(&Spot) -> bool,
-) -> Vec<Label> {
-    front(report, shown, spot).draw(svg, frame, Paint::line(MINDFUL, 1.6))
-}
-
-/// The best at the wheel for every price, as steps.
-fn draw_wheel(
-    svg: &mut Svg,
-    frame: &Frame,
-    report: &CeilingReport,
-    shown: &dyn Fn(&Spot) -> bool,
-) -> Vec<Label> {
-    front(report, shown, wheel).draw(svg, frame, Paint::line(MINDFUL, 1.6).dashed())
 }
 
 /// Points of which none is both dearer and worse than another.

@@ -182,11 +182,11 @@ pub struct CounterfactualConfig {
     pub bootstrap: bool,
     /// Discount per motor action, in [0, 1).
     pub gamma: f64,
-    /// First iterations, in which looks cost nothing and everybody is looked at before every move: whoever can drive
+    /// First iterations, in which looks cost their first price and everybody is looked at before every move: whoever can drive
     /// with open eyes finds out soon which looks it can do without, while a student that knows nothing learns neither
     /// from the other. The last iteration is never one of them, however few there are.
     pub wide_eyed: usize,
-    /// Iterations after them over which the price of looking that is learned from rises from 0 to the true one.
+    /// Iterations after them over which the price of looking that is learned from rises from the first to the true one.
     pub price_ramp: usize,
     /// The share of its price that a look costs in the first iterations, from which it rises; below 0, looks are paid for: a
     /// student that sees no difference yet looks rather than not.

@@ -78,6 +78,9 @@ impl CriticConfig {
         count("judge.critic.batches", self.batches, 1..=10_000_000)?;
         count("judge.critic.batch", self.batch, 1..=65_536)?;
         count("judge.critic.refresh", self.refresh, 1..=10_000_000)?;
+        let (rate, averaged) = (self.final_rate, self.averaged);
+        within("judge.critic.final_rate", rate, rate > 0.0 && rate <= 1.0, "must be in (0, 1]")?;
+        within("judge.critic.averaged", averaged, (0.0..1.0).contains(&averaged), "must be in [0, 1)")?;
         count("judge.critic.labels", self.labels, 1..=10_000_000)
     }
 }
@@ -552,6 +555,10 @@ mod tests {
         assert_eq!(CriticConfig::default().validate(), Ok(()));
         assert_eq!(field(CriticConfig { capacity: 0, ..CriticConfig::default() }), "judge.critic.capacity");
         assert_eq!(field(CriticConfig { hidden: vec![0], ..CriticConfig::default() }), "judge.critic.hidden");
+        let fading = CriticConfig { final_rate: 0.0, ..CriticConfig::default() };
+        assert_eq!(field(fading), "judge.critic.final_rate");
+        let forgetful = CriticConfig { averaged: 1.0, ..CriticConfig::default() };
+        assert_eq!(field(forgetful), "judge.critic.averaged");
         let adam = Adam { learning_rate: f32::NAN, ..Adam::default() };
         let named = "judge.critic.adam.learning_rate";
         assert_eq!(field(CriticConfig { adam, ..CriticConfig::default() }), named);

@@ -378,9 +378,9 @@ mod tests {
         assert_eq!(worth, judged.advantages[student.best_move(&scratch)] - 2.0);
     }
 
-    #[test]
-    fn the_look_that_tells_is_learned_and_the_other_is_not_bought() {
-        let settings = FitConfig { batches: 800, batch: 32, refresh: 50, ..FitConfig::default() };
+    /// A student taught on states whose right move only slot 0 tells, and its values where nothing was seen.
+    fn taught(relative: bool) -> (Student, Scratch) {
+        let settings = FitConfig { batches: 800, batch: 32, refresh: 50, relative, ..FitConfig::default() };
         let mut student = student(FREE, settings);
         let states: Vec<Judged> = (0..40).map(|i| state(i % 2 == 0, (i * 7 % 10) as f32 / 10.0)).collect();
         let data: Vec<&Judged> = states.iter().collect();
@@ -388,7 +388,16 @@ mod tests {
         fit(&mut student, &data, 1.0, &Streams::new(1));
         let mut scratch = student.scratch();
         student.evaluate(&[0.0; 4], &mut scratch);
-        let near = |value: f64, expected: f64| (value - expected).abs() < 0.7;
+        (student, scratch)
+    }
+
+    fn near(value: f64, expected: f64) -> bool {
+        (value - expected).abs() < 0.7
+    }
+
+    #[test]
+    fn the_look_that_tells_is_learned_and_the_other_is_not_bought() {
+        let (student, scratch) = taught(false);
         assert!(near(scratch.values[0], -5.0) && near(scratch.values[1], -5.0), "{:?}", scratch.values);
         assert!(
             near(scratch.values[2], -2.0),
@@ -401,6 +410,24 @@ mod tests {
             scratch.values
         );
         assert_eq!(student.preferred_look(IndexSet::EMPTY, &scratch).map(|(slot, _)| slot), Some(0));
+    }
+
+    #[test]
+    fn looks_may_be_valued_by_what_they_add_to_moving_at_once() {
+        let (student, mut scratch) = taught(true);
+        assert!(near(scratch.values[4], -5.0), "moving at once is worth the same: {:?}", scratch.values);
+        assert!(near(scratch.values[2], 3.0) && near(scratch.values[3], 2.5), "{:?}", scratch.values);
+        let look = student.preferred_look(IndexSet::EMPTY, &scratch);
+        assert_eq!(look.map(|(slot, _)| slot), Some(0));
+        assert!(near(student.expected(look, &scratch), -2.0));
+        student.evaluate(&[1.0, 0.0, 1.0, 0.0], &mut scratch);
+        let seen = IndexSet::EMPTY.with(0);
+        assert_eq!(
+            student.preferred_look(seen, &scratch),
+            None,
+            "the other adds nothing: {:?}",
+            scratch.values
+        );
     }
 
     #[test]

@@ -100,7 +100,7 @@ fn piece(
         return Err(RunError::Interrupted);
     }
     let mut deeds = Deeds { counting: Counting { progress, steps: 0 }, steps: Vec::new() };
-    let Some(sights) = gather(school, drive, &mut deeds)? else {
+    let Some((sights, _)) = gather(school, drive, &mut deeds)? else {
         return Err(RunError::Counterfactual(CounterfactualError::NoCopies(
             school.environment.spec().id.clone(),
         )));

@@ -87,7 +87,7 @@ impl Stage<'_> {
             Drive { student: &student, phase, limit, price_share: 0.0, streams: streams.child("drive") };
         let mut counting = Counting { progress: self.progress, steps: 0 };
         in_school(self.subject, streams, self.progress, |school| {
-            let Some(sights) = gather(school, &drive, &mut counting)? else {
+            let Some((sights, _)) = gather(school, &drive, &mut counting)? else {
                 let id = school.environment.spec().id.clone();
                 return Err(RunError::Counterfactual(CounterfactualError::NoCopies(id)));
             };

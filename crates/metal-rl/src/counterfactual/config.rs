@@ -1,5 +1,6 @@
 //! Settings of counterfactual policy iteration.
 
+use super::belief::{BeliefConfig, is_size};
 use super::gaze::MemoryConfig;
 use super::judge::JudgeConfig;
 use super::rule::LookRule;
@@ -157,6 +158,8 @@ pub struct CounterfactualConfig {
     pub content: Content,
     /// What the student remembers from earlier motor steps.
     pub memory: MemoryConfig,
+    /// How what it believes is learned, if its memory has a place for that.
+    pub belief: BeliefConfig,
     /// The network.
     pub network: NetworkConfig,
     /// How it is fitted.
@@ -217,6 +220,7 @@ impl Default for CounterfactualConfig {
             judge: JudgeConfig::default(),
             content: Content::Readings,
             memory: MemoryConfig::default(),
+            belief: BeliefConfig::default(),
             network: NetworkConfig::default(),
             fit: FitConfig::default(),
             iterations: 36,
@@ -273,6 +277,7 @@ impl CounterfactualConfig {
         self.validate_network()?;
         self.validate_fit()?;
         self.validate_looks()?;
+        self.validate_belief()?;
         if let JudgeConfig::Critic(critic) = &self.judge {
             critic.validate()?;
         }
@@ -329,6 +334,21 @@ impl CounterfactualConfig {
         let decay = fit.weight_decay;
         within("fit.weight_decay", decay, (0.0..=100.0).contains(&decay), "must be 0 to 100")?;
         share("fit.final_rate", fit.final_rate)
+    }
+
+    fn validate_belief(&self) -> Result<(), LearnerError> {
+        let (units, belief) = (self.memory.belief, &self.belief);
+        within("memory.belief", units as f64, is_size(units), "must be a multiple of 16 up to 128")?;
+        let copies = units == 0 || self.judge == JudgeConfig::RollOuts;
+        within("memory.belief", units as f64, copies, "needs roll-outs (`judge`); a critic's log is not relived")?;
+        count("belief.batches", belief.batches, 1..=10_000_000)?;
+        count("belief.batch", belief.batch, 1..=65_536)?;
+        let rate = f64::from(belief.adam.learning_rate);
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        within("belief.adam.learning_rate", rate, positive(rate), "must be finite and above 0")?;
+        share("belief.final_rate", belief.final_rate)?;
+        let other = belief.other_looks;
+        within("belief.other_looks", other, (0.0..=1.0).contains(&other), "must be in [0, 1]")
     }
 
     fn validate_looks(&self) -> Result<(), LearnerError> {
@@ -402,6 +422,6 @@ mod tests {
             field(&|c| c.looks = LookRule::Adaptive { min_looks: 3, max_looks: 2 }),
             "looks.adaptive.min_looks"
         );
-        assert_eq!(field(&|c| c.memory = MemoryConfig { looks: 1, steps: 0, actions: 0 }), "memory.steps");
+        assert_eq!(field(&|c| c.memory = MemoryConfig { looks: 1, ..MemoryConfig::default() }), "memory.steps");
     }
 }

@@ -176,7 +176,7 @@ impl Judge for Critic {
         self.drives += 1;
         let streams = self.streams.nth(self.drives);
         if self.moments.is_empty() {
-            return Ok(Labels { judged: Vec::new(), rolled_steps: 0 });
+            return Ok(Labels { judged: Vec::new(), trail: Vec::new(), rolled_steps: 0 });
         }
         let shape = (drive.student.layout().width(), drive.student.actions());
         let newborn = || Networks::new(&self.config, shape, &mut self.streams.stream("weights"));
@@ -185,7 +185,7 @@ impl Judge for Critic {
         desk.fit(&self.config, &self.moments);
         let judged = desk.judge_some(self.config.labels, &self.moments);
         self.networks = Some(desk.networks);
-        Ok(Labels { judged, rolled_steps: 0 })
+        Ok(Labels { judged, trail: Vec::new(), rolled_steps: 0 })
     }
 
     /// Nothing that is seen is wasted: greedy drives are those in which values are learned best.
@@ -298,7 +298,7 @@ impl<'a> Desk<'a> {
         let layout = self.student.layout();
         self.gaze.clone_from(&moment.gaze);
         self.gaze.see_through(layout, &moment.full, looks);
-        self.gaze.advance(layout, moment.action);
+        self.student.advance(&mut self.gaze, moment.action);
         let mut price = 0.0;
         while let Next::Look(slot) = self.student.next(&self.gaze, &mut self.scratch) {
             self.gaze.look_again(layout, slot, after);
@@ -537,7 +537,7 @@ mod tests {
     #[test]
     fn with_memory_all_looks_that_there_are_are_judged() {
         let rule = Rule::Adaptive { min_looks: 0, max_looks: 2 };
-        let student = student(rule, MemoryConfig { looks: 1, steps: 3, actions: 0 });
+        let student = student(rule, MemoryConfig { looks: 1, steps: 3, ..MemoryConfig::default() });
         let (judged, _) = critic(&student);
         for own in judged {
             let looks: Vec<IndexSet> = own.stops.iter().map(|s| s.looks).collect();

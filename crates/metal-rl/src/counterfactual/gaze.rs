@@ -1,6 +1,7 @@
 //! What a student holds while it drives: this motor step's readings, what it remembers of earlier ones, and a clock.
 //! Written straight into the network's input.
 
+use super::belief::Belief;
 use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +15,8 @@ pub struct MemoryConfig {
     pub steps: usize,
     /// Last motor actions that are remembered: who knows what it did since it last looked knows where that led to.
     pub actions: usize,
+    /// Units of the [`belief`](super::belief::Belief) that is carried along, a multiple of 16 up to 128; 0: none.
+    pub belief: usize,
 }
 
 /// Motor steps without a look that are as good as any longer time.
@@ -49,7 +52,26 @@ impl Layout {
     /// Length of the input.
     #[must_use]
     pub fn width(&self) -> usize {
-        self.unseen_at() + usize::from(self.memory.looks > 0)
+        self.belief().end
+    }
+
+    /// Where the belief lies; empty: there is none.
+    #[must_use]
+    pub fn belief(&self) -> std::ops::Range<usize> {
+        let start = self.unseen_at() + usize::from(self.memory.looks > 0);
+        start..start + self.memory.belief
+    }
+
+    /// Length of what is seen in a motor step, with which an input begins: readings, and which of them were looked at.
+    #[must_use]
+    pub fn seen(&self) -> usize {
+        self.readings() + self.slots()
+    }
+
+    /// Number of motor actions.
+    #[must_use]
+    pub fn actions(&self) -> usize {
+        self.actions
     }
 
     /// Where a student with a memory is told for how long it has looked at nobody. When everything is forgotten, all
@@ -197,7 +219,13 @@ impl Gaze {
         self.attended = self.attended.with(slot);
     }
 
-    /// A motor step is over: its readings become memories, and nothing of the next one is seen yet.
+    /// What is believed changes with what was seen and done in this motor step.
+    pub(super) fn believe(&mut self, layout: &Layout, belief: &Belief, action: usize) {
+        belief.turn(layout, action, &mut self.input);
+    }
+
+    /// A motor step is over: its readings become memories, and nothing of the next one is seen yet. What is believed is
+    /// left to [`Student::advance`](super::student::Student::advance).
     pub fn advance(&mut self, layout: &Layout, action: usize) {
         for slot in 0..layout.slots() {
             self.age(layout, slot);
@@ -259,7 +287,7 @@ mod tests {
     use super::*;
 
     fn layout(looks: usize, steps: usize) -> Layout {
-        Layout::new(&[2, 1], MemoryConfig { looks, steps, actions: 1 }, 3)
+        Layout::new(&[2, 1], MemoryConfig { looks, steps, actions: 1, belief: 0 }, 3)
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The iterations: drive, judge, fit, test on a validation stream, and keep the best student.
 
 use super::config::{CounterfactualConfig, Inputs};
+use super::belief::Lesson;
 use super::diary::{Iterate, best, finalists};
 use super::fit::{fit, scale};
 use super::judge::{Drive, Judge, Judged, Labels, Workers};
@@ -135,9 +136,6 @@ pub fn iterate(
     Ok(Graduate { policy, diary: course.diary, best })
 }
 
-/// Labels, and the iteration whose drive they come from.
-type Lesson = (usize, Vec<Judged>);
-
 /// A student on its way.
 struct Course<'a> {
     judge: Box<dyn Judge + 'a>,
@@ -170,10 +168,11 @@ impl Course<'_> {
         let price_share = self.price_share(&config, iteration);
         let drive =
             Drive { student: &self.student, phase: own, limit, price_share, streams: streams.child("drive") };
-        let Labels { judged, rolled_steps } = self.judge.labels(school, &drive, observer)?;
+        let Labels { judged, trail, rolled_steps } = self.judge.labels(school, &drive, observer)?;
         let idle = idle(&judged);
-        self.remember(iteration, judged, config.window);
-        let data: Vec<&Judged> = self.window.iter().flat_map(|(_, judged)| judged).collect();
+        self.remember(Lesson { iteration, judged, trail }, config.window);
+        self.student.learn_belief(self.window.iter_mut(), &streams);
+        let data: Vec<&Judged> = self.window.iter().flat_map(|lesson| &lesson.judged).collect();
         if data.is_empty() {
             return Ok(());
         }
@@ -215,8 +214,8 @@ impl Course<'_> {
         config.first_price + (1.0 - config.first_price) * risen
     }
 
-    fn remember(&mut self, iteration: usize, judged: Vec<Judged>, window: usize) {
-        self.window.push_back((iteration, judged));
+    fn remember(&mut self, lesson: Lesson, window: usize) {
+        self.window.push_back(lesson);
         while self.window.len() > window {
             self.window.pop_front();
         }
@@ -236,7 +235,7 @@ impl Course<'_> {
             self.student = self.past[best].clone();
             if self.student.config().thrifty {
                 // What comes after the best was judged for students that were given up.
-                self.window.retain(|(iteration, _)| *iteration <= best + 1);
+                self.window.retain(|lesson| lesson.iteration <= best + 1);
             }
         } else {
             self.held += 1;

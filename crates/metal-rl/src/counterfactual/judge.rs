@@ -2,6 +2,7 @@
 //! copies of the world; the [`Critic`] learns it from the log where there are no copies (real robots, other people's
 //! simulators).
 
+use super::belief::Footstep;
 use super::critic::{Critic, CriticConfig};
 use super::iterate::{CounterfactualError, School};
 use super::roll_outs::RollOuts;
@@ -78,6 +79,8 @@ pub struct Drive<'a> {
 pub struct Labels {
     /// Moments with what every move was worth.
     pub judged: Vec<Judged>,
+    /// All motor steps of the drive, if the student has a belief that is to learn from them.
+    pub trail: Vec<Footstep>,
     /// Motor steps in copies of the world.
     pub rolled_steps: usize,
 }

@@ -30,12 +30,12 @@ impl Judge for RollOuts<'_> {
         drive: &Drive<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Labels, CounterfactualError> {
-        let Some(sights) = gather(school, drive, observer)? else {
+        let Some((sights, trail)) = gather(school, drive, observer)? else {
             return Err(CounterfactualError::NoCopies(school.environment.spec().id.clone()));
         };
         let pupil = Pupil::of(school, drive);
         let (judged, rolled_steps) = self.judge(sights, &pupil)?;
-        Ok(Labels { judged, rolled_steps })
+        Ok(Labels { judged, trail, rolled_steps })
     }
 }
 
@@ -172,7 +172,7 @@ impl<'a> Desk<'a> {
             if outcome.end == End::Terminal {
                 break;
             }
-            self.gaze.advance(self.student.layout(), action);
+            self.student.advance(&mut self.gaze, action);
             let (next, price) = self.decide(world)?;
             total -= discount * price;
             if step == horizon || outcome.end == End::TimeLimit {
@@ -318,7 +318,7 @@ mod tests {
 
     #[test]
     fn with_memory_other_looks_are_judged_beside_its_own() {
-        let memory = MemoryConfig { looks: 1, steps: 2, actions: 0 };
+        let memory = MemoryConfig { looks: 1, steps: 2, ..MemoryConfig::default() };
         let (judged, steps, looks) = judged(Rule::Adaptive { min_looks: 0, max_looks: 2 }, memory);
         let own = IndexSet::EMPTY.with(2);
         assert_eq!((judged.looks, judged.stops[0].looks), (own, own));

@@ -1,6 +1,7 @@
 //! Sights: moments of the student's own drives, with a copy of the world as it stood. Gathered by the one loop itself,
 //! through a world and a policy that take notes.
 
+use super::belief::Footstep;
 use super::gaze::Gaze;
 use super::iterate::School;
 use super::judge::Drive;
@@ -59,13 +60,24 @@ struct Track<'a> {
     steps: usize,
     streams: Streams,
     sights: Vec<Sight>,
+    /// Length of what is seen in a step, if a trail is kept.
+    seen: Option<usize>,
+    trail: Vec<Footstep>,
     stuck: bool,
 }
 
 impl Track<'_> {
-    fn take_note(&mut self) {
+    fn take_note(&mut self, action: usize) {
         self.owed += self.share;
-        let Some(gaze) = lock(&self.note).take().filter(|_| self.owed >= 1.0) else { return };
+        let Some(gaze) = lock(&self.note).take() else { return };
+        let judged = (self.owed >= 1.0).then_some(self.sights.len());
+        if let Some(seen) = self.seen {
+            let seen = gaze.input()[..seen].to_vec();
+            self.trail.push(Footstep { first: self.steps == 0, seen, action, judged });
+        }
+        if judged.is_none() {
+            return;
+        }
         self.owed -= 1.0;
         let streams = self.streams.nth(self.sights.len() as u64);
         match self.world.fork() {
@@ -90,7 +102,7 @@ impl Environment for Track<'_> {
     }
 
     fn step(&mut self, action: usize) -> Result<Outcome, EnvironmentError> {
-        self.take_note();
+        self.take_note(action);
         self.steps += 1;
         let outcome = self.world.step(action)?;
         let cut = outcome.end == End::Running && self.steps >= self.limit;
@@ -102,8 +114,8 @@ impl Environment for Track<'_> {
     }
 }
 
-/// Lets the student drive, and returns the share of moments that is to be judged, evenly spread; none if the world cannot
-/// be copied.
+/// Lets the student drive, and returns the share of moments that is to be judged, evenly spread, and the trail of all motor
+/// steps if the student has a belief; none if the world cannot be copied.
 ///
 /// # Errors
 /// If the world fails.
@@ -111,7 +123,7 @@ pub fn gather(
     school: &mut School<'_>,
     drive: &Drive<'_>,
     observer: &mut dyn Observer,
-) -> Result<Option<Vec<Sight>>, EnvironmentError> {
+) -> Result<Option<(Vec<Sight>, Vec<Footstep>)>, EnvironmentError> {
     let note = Note::default();
     let mut driver = Counterfactual::new(drive.student.clone(), school.roster.clone());
     let mut scout = Scout { driver: &mut driver, note: note.clone() };
@@ -124,6 +136,8 @@ pub fn gather(
         steps: 0,
         streams: drive.streams.child("sights"),
         sights: Vec::new(),
+        seen: drive.student.belief().map(|_| drive.student.layout().seen()),
+        trail: Vec::new(),
         stuck: false,
     };
     let mut scouting = Stage {
@@ -133,5 +147,5 @@ pub fn gather(
         scaling: school.scaling,
     };
     run(&mut scouting, &drive.phase, &drive.streams, observer)?;
-    Ok(if track.stuck { None } else { Some(track.sights) })
+    Ok(if track.stuck { None } else { Some((track.sights, track.trail)) })
 }

@@ -1,5 +1,6 @@
 //! The student: what every move, and every look, is worth for any set of readings. Eqs. (8, 9).
 
+use super::belief::{Belief, Lesson};
 use super::config::{CounterfactualConfig, NAME};
 use super::gaze::{Gaze, Layout};
 use super::rule::Rule;
@@ -66,6 +67,7 @@ pub struct Student {
     wide_eyed: bool,
     kept: IndexSet,
     units: Option<Units>,
+    belief: Option<Belief>,
 }
 
 /// Working memory for one student at a time.
@@ -97,6 +99,9 @@ impl Student {
         };
         let choices = outputs(shape.actions, &layout);
         let nth = |i: usize| network(choices, &streams.nth(i as u64));
+        let believes = !layout.belief().is_empty();
+        let belief =
+            believes.then(|| Belief::new(&layout, &config.belief, &mut streams.stream("belief")));
         Ok(Self {
             networks: (0..net.ensemble).map(nth).collect(),
             value: network(1, &streams.child("value")),
@@ -109,6 +114,7 @@ impl Student {
             wide_eyed: false,
             kept: IndexSet::first(shape.blocks.len()),
             units: None,
+            belief,
         })
     }
 
@@ -137,7 +143,9 @@ impl Student {
             && student.actions == shape.actions
             && student.networks.len() == config.network.ensemble
             && student.networks.iter().all(|n| n.fits(&choices))
-            && student.value.fits(&widths(config, &layout, 1));
+            && student.value.fits(&widths(config, &layout, 1))
+            && student.belief.as_ref().is_none_or(|belief| belief.fits(&layout))
+            && student.belief.is_some() != layout.belief().is_empty();
         if sound { Ok(student) } else { Err(frozen::foreign(NAME)) }
     }
 
@@ -180,7 +188,35 @@ impl Student {
     /// Number of weights of all networks.
     #[must_use]
     pub fn weights(&self) -> usize {
-        self.networks.iter().chain([&self.value]).map(Network::weights).sum()
+        let networks: usize = self.networks.iter().chain([&self.value]).map(Network::weights).sum();
+        networks + self.belief.as_ref().map_or(0, Belief::weights)
+    }
+
+    /// What it carries along from motor step to motor step, if anything.
+    #[must_use]
+    pub fn belief(&self) -> Option<&Belief> {
+        self.belief.as_ref()
+    }
+
+    /// A motor step is over: what was seen is remembered, and what is believed changes.
+    pub fn advance(&self, gaze: &mut Gaze, action: usize) {
+        if let Some(belief) = &self.belief {
+            gaze.believe(&self.layout, belief, action);
+        }
+        gaze.advance(&self.layout, action);
+    }
+
+    /// The belief learns from drives, and their labels are brought to what is believed now.
+    pub(super) fn learn_belief<'l>(
+        &mut self,
+        lessons: impl Iterator<Item = &'l mut Lesson>,
+        streams: &Streams,
+    ) {
+        let Some(belief) = &mut self.belief else { return };
+        let lessons: Vec<&mut Lesson> = lessons.collect();
+        let seen = lessons.iter().map(|lesson| &**lesson);
+        belief.learn((&self.layout, &self.config.belief), seen, self.kept, streams);
+        lessons.into_iter().for_each(|lesson| belief.relive(&self.layout, lesson));
     }
 
     pub(super) fn networks_mut(&mut self) -> &mut [Network] {

@@ -66,6 +66,18 @@ impl Units {
         }
     }
 
+    /// Brings everybody's readings to these units.
+    pub fn convert_readings(&self, readings: &mut [f32]) {
+        self.convert(0..readings.len(), 0..readings.len(), readings);
+    }
+
+    /// Everybody's readings back from these units.
+    pub fn undo(&self, readings: &mut [f32]) {
+        for (x, (centre, gain)) in readings.iter_mut().zip(self.centres.iter().zip(&self.gains)) {
+            *x = *x / gain + centre;
+        }
+    }
+
     fn convert(&self, of: std::ops::Range<usize>, place: std::ops::Range<usize>, input: &mut [f32]) {
         let units = self.centres[of.clone()].iter().zip(&self.gains[of]);
         for (x, (centre, gain)) in input[place].iter_mut().zip(units) {
@@ -82,7 +94,7 @@ mod tests {
 
     #[test]
     fn readings_and_memories_are_counted_from_what_is_usual_and_the_unseen_stays_nothing() {
-        let layout = Layout::new(&[1, 1], MemoryConfig { looks: 1, steps: 4, actions: 0 }, 2);
+        let layout = Layout::new(&[1, 1], MemoryConfig { looks: 1, steps: 4, ..MemoryConfig::default() }, 2);
         let seen = |a: f64, b: f64| {
             let mut gaze = Gaze::new(&layout);
             gaze.look(&layout, 0, &[a]);

@@ -117,7 +117,7 @@ impl Policy for Counterfactual {
     fn choose(&mut self, situation: &Situation<'_>, rng: &mut Rng) -> Choice {
         // Only now is the last motor step over: until here, its readings stand for inspection.
         if let Some(action) = self.moved.take() {
-            self.gaze.advance(self.student.layout(), action);
+            self.student.advance(&mut self.gaze, action);
         }
         self.listen(situation.state);
         if self.gaze.attended().is_empty() && self.errand.is_none() {

@@ -5,6 +5,7 @@
 //! instructions.
 
 mod kernels;
+pub mod recurrent;
 
 use crate::num;
 use crate::random::Rng;

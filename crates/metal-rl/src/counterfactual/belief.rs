@@ -305,6 +305,7 @@ mod tests {
                     advantages: vec![0.0; 2],
                     value: 0.0,
                     stops: Vec::new(),
+                    appointments: None,
                 });
                 place += if action == 1 { 0.1 } else { -0.1 };
             }

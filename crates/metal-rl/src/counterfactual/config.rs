@@ -259,7 +259,7 @@ impl CounterfactualConfig {
     /// is missed later on.
     #[must_use]
     pub fn judges_twice(&self) -> bool {
-        self.memory.looks > 0 && matches!(self.looks, LookRule::Adaptive { .. })
+        self.memory.remembers() && matches!(self.looks, LookRule::Adaptive { .. })
     }
 
     /// First iterations in which everybody is looked at: those that were asked for, but never all there are, since who
@@ -356,6 +356,12 @@ impl CounterfactualConfig {
             LookRule::Adaptive { min_looks, max_looks } => {
                 count("looks.adaptive.max_looks", *max_looks, 1..=64)?;
                 count("looks.adaptive.min_looks", *min_looks, 0..=*max_looks)?;
+            }
+            LookRule::Appointed { max_looks, ahead } => {
+                count("looks.appointed.max_looks", *max_looks, 1..=64)?;
+                count("looks.appointed.ahead", *ahead, 1..=64)?;
+                let copies = self.judge == JudgeConfig::RollOuts;
+                within("looks.appointed.ahead", *ahead as f64, copies, "needs roll-outs (`judge`)")?;
             }
             LookRule::Every { steps, .. } => count("looks.every.steps", *steps, 1..=100_000)?,
             LookRule::Fixed(_) | LookRule::All => {}

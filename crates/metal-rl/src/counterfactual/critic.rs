@@ -300,7 +300,7 @@ impl<'a> Desk<'a> {
         self.gaze.see_through(layout, &moment.full, looks);
         self.student.advance(&mut self.gaze, moment.action);
         let mut price = 0.0;
-        while let Next::Look(slot) = self.student.next(&self.gaze, &mut self.scratch) {
+        while let Next::Look(slot) = self.student.next(&mut self.gaze, &mut self.scratch) {
             self.gaze.look_again(layout, slot, after);
             price += self.student.prices()[slot];
         }
@@ -418,7 +418,7 @@ impl<'a> Desk<'a> {
         let advantages = self.advantages.iter().map(|a| a - best).collect();
         let stops = self.stops(moment, best);
         let value = base + best;
-        Judged { full: moment.full.clone(), clock: moment.gaze.clock(), looks: own, advantages, value, stops }
+        Judged { full: moment.full.clone(), clock: moment.gaze.clock(), looks: own, advantages, value, stops, appointments: None }
     }
 
     /// What moving is worth after the student's own looks and after others, if that makes a difference.

@@ -182,6 +182,12 @@ impl Lesson {
             for (action, advantage) in judged.advantages.iter().enumerate() {
                 self.label((row, action), advantage / unit, 1.0);
             }
+            if let Some(made) = judged.appointments.as_ref().filter(|made| made.looks == mask) {
+                for kept in &made.kept {
+                    let output = teacher.actions() + teacher.diary().index(kept.appointment);
+                    self.label((row, output), kept.worth / unit, 1.0);
+                }
+            }
             if !teacher.open_looks(mask).is_empty() {
                 let now = self.label_stop(row, (judged, mask), teacher);
                 for _ in 0..teacher.config().fit.looks_per_sample {
@@ -250,6 +256,13 @@ impl Lesson {
     fn mask(&mut self, teacher: &Student, judged: &Judged) -> IndexSet {
         match teacher.rule() {
             Rule::Scheduled { .. } => teacher.rule().due(judged.clock).unwrap_or_default(),
+            Rule::Appointed { max_looks, .. } => {
+                if self.rng.chance(teacher.config().fit.own_looks) {
+                    judged.appointments.as_ref().map_or(judged.looks, |made| made.looks)
+                } else {
+                    self.any_looks(teacher.kept(), max_looks)
+                }
+            }
             Rule::Adaptive { max_looks, .. } => {
                 let open = teacher.config().fit.open_eyes;
                 if open > 0.0 && teacher.is_wide_eyed() && self.rng.chance(open) {
@@ -351,6 +364,7 @@ mod tests {
             advantages,
             value: -3.0,
             stops: Vec::new(),
+            appointments: None,
         }
     }
 

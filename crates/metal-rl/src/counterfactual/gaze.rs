@@ -1,6 +1,7 @@
 //! What a student holds while it drives: this motor step's readings, what it remembers of earlier ones, and a clock.
 //! Written straight into the network's input.
 
+use super::appointment::Appointment;
 use super::belief::Belief;
 use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,14 @@ pub struct MemoryConfig {
     pub actions: usize,
     /// Units of the [`belief`](super::belief::Belief) that is carried along, a multiple of 16 up to 128; 0: none.
     pub belief: usize,
+}
+
+impl MemoryConfig {
+    /// Whether looks are remembered at all.
+    #[must_use]
+    pub fn remembers(self) -> bool {
+        self.looks > 0 || self.belief > 0
+    }
 }
 
 /// Motor steps without a look that are as good as any longer time.
@@ -158,6 +167,9 @@ pub struct Gaze {
     ages: Vec<usize>,
     unseen: usize,
     clock: usize,
+    appointment: Option<Appointment>,
+    /// Whether the appointment was made in this motor step.
+    appointed: bool,
 }
 
 impl Gaze {
@@ -170,6 +182,8 @@ impl Gaze {
             ages: vec![0; layout.slots() * layout.memory.looks],
             unseen: 0,
             clock: 0,
+            appointment: None,
+            appointed: false,
         }
     }
 
@@ -178,6 +192,7 @@ impl Gaze {
         self.input.fill(0.0);
         self.ages.fill(0);
         (self.attended, self.unseen, self.clock) = (IndexSet::EMPTY, 0, 0);
+        (self.appointment, self.appointed) = (None, false);
     }
 
     /// The network's input.
@@ -196,6 +211,23 @@ impl Gaze {
     #[must_use]
     pub fn clock(&self) -> usize {
         self.clock
+    }
+
+    /// The next look, if it is appointed.
+    #[must_use]
+    pub fn appointment(&self) -> Option<Appointment> {
+        self.appointment
+    }
+
+    /// Whether it was appointed in this motor step.
+    #[must_use]
+    pub fn has_appointed(&self) -> bool {
+        self.appointed
+    }
+
+    /// Makes an appointment.
+    pub(super) fn appoint(&mut self, appointment: Option<Appointment>) {
+        (self.appointment, self.appointed) = (appointment, true);
     }
 
     /// Sees `full`, in which everybody was looked at, as if `attended` were all that was looked at.
@@ -239,6 +271,10 @@ impl Gaze {
             self.input[layout.unseen_at()] = (self.unseen as f32 / LONG).min(1.0);
         }
         self.clock += 1;
+        self.appointed = false;
+        if let Some(appointment) = &mut self.appointment {
+            appointment.wait = appointment.wait.saturating_sub(1);
+        }
     }
 
     /// Older actions move back by one place, the oldest is forgotten.

@@ -2,6 +2,7 @@
 //! copies of the world; the [`Critic`] learns it from the log where there are no copies (real robots, other people's
 //! simulators).
 
+use super::appointment::Kept;
 use super::belief::Footstep;
 use super::critic::{Critic, CriticConfig};
 use super::iterate::{CounterfactualError, School};
@@ -35,6 +36,17 @@ pub struct Judged {
     /// What moving was worth after these looks (first) and after others. Empty if looks leave no trace: then moves are
     /// worth the same after any.
     pub stops: Vec<Stop>,
+    /// What appointments were worth that the student could have made here, if it makes any.
+    pub appointments: Option<Appointed>,
+}
+
+/// Appointments that could have been made at a moment, judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Appointed {
+    /// Looks that were taken before.
+    pub looks: IndexSet,
+    /// The appointments, the student's own among them.
+    pub kept: Vec<Kept>,
 }
 
 /// What it is worth to stop looking and to make the move that the student finds best then.

@@ -10,6 +10,7 @@
 //! Not in the paper: it answers the question of the paper's introduction, whether attention beats "a fixed subset (or
 //! a static combination) of sensors", on which its Phase III (see [`crate::policies::attention`]) stays open.
 
+pub mod appointment;
 pub mod belief;
 pub mod config;
 pub mod critic;

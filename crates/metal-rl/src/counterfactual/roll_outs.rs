@@ -1,15 +1,19 @@
 //! Roll-outs: every motor action is carried out in a copy of the world, and the student drives on there.
 
+use super::appointment::{Appointment, Kept};
 use super::eyes::Eyes;
 use super::gaze::Gaze;
 use super::iterate::{CounterfactualError, School};
-use super::judge::{Drive, Judge, Judged, Labels, Pupil, Stop, Verdict, Workers, other_looks};
+use super::judge::{Appointed, Drive, Judge, Judged, Labels, Pupil, Stop, Verdict, Workers, other_looks};
 use super::sight::{Sight, gather};
 use super::student::{Next, Scratch, Student};
 use crate::environment::{End, Environment, EnvironmentError};
 use crate::num;
 use crate::observe::Observer;
 use crate::set::IndexSet;
+
+/// Appointments that are judged beside the student's own.
+const OTHERS: usize = 4;
 
 /// Sights in one piece of work.
 const PIECE: usize = 64;
@@ -71,6 +75,11 @@ impl RollOuts<'_> {
     }
 }
 
+/// Whether two appointments are with the same slot a step apart, or at the same time.
+fn is_near(one: Appointment, other: Appointment) -> bool {
+    if one.slot == other.slot { one.wait.abs_diff(other.wait) == 1 } else { one.wait == other.wait }
+}
+
 /// Working memory of one worker.
 struct Desk<'a> {
     pupil: Pupil<'a>,
@@ -107,11 +116,12 @@ impl<'a> Desk<'a> {
             advantages.push(self.worth(&sight, (&full, own), Some(action))?);
         }
         let value = num::max(&advantages);
+        let appointments = self.appointments(&mut sight, &full, &advantages)?;
         let stops = self.stops(&mut sight, &full, &advantages)?;
         let relative = |s: Stop| Stop { worth: s.worth - value, ..s };
         let stops = stops.into_iter().map(relative).collect();
         advantages.iter_mut().for_each(|v| *v -= value);
-        Ok(Judged { full, clock: sight.gaze.clock(), looks: own, advantages, value, stops })
+        Ok(Judged { full, clock: sight.gaze.clock(), looks: own, advantages, value, stops, appointments })
     }
 
     /// What moving is worth after the student's own looks and after others, if that makes a difference.
@@ -121,7 +131,7 @@ impl<'a> Desk<'a> {
         full: &[f32],
         values: &[f64],
     ) -> Result<Vec<Stop>, EnvironmentError> {
-        if !self.student.remembers_free_looks() {
+        if self.student.rule().appoints() || !self.student.remembers_free_looks() {
             return Ok(Vec::new());
         }
         let own = sight.gaze.attended();
@@ -133,6 +143,61 @@ impl<'a> Desk<'a> {
             }
         }
         Ok(stops)
+    }
+
+    /// What appointments are worth that could be made here, where the student makes one; now and then as if one look
+    /// less had been taken, so that the way to the last look is judged, too.
+    fn appointments(
+        &mut self,
+        sight: &mut Sight,
+        full: &[f32],
+        values: &[f64],
+    ) -> Result<Option<Appointed>, EnvironmentError> {
+        if !sight.gaze.has_appointed() {
+            return Ok(None);
+        }
+        let mut rng = sight.streams.stream("appointments");
+        let own = sight.gaze.attended();
+        let before = own.len() > 1 || (own.len() == 1 && sight.gaze.clock() == 0);
+        let taken = if before && rng.chance(0.5) { own.iter().nth(rng.below(own.len())) } else { None };
+        let looks = taken.map_or(own, |slot| own.without(slot));
+        let action = self.preferred_move(sight, (full, looks));
+        let Some(choice) = self.student.preferred_appointment(looks, &self.scratch) else { return Ok(None) };
+        let base = if looks == own && choice.wait > 0 && sight.gaze.appointment() == Some(choice) {
+            values[action]
+        } else {
+            self.keep(sight, (full, looks), (choice, action))?
+        };
+        let mut kept = vec![Kept { appointment: choice, worth: 0.0 }];
+        let open: Vec<Appointment> = self.student.open_appointments(looks).collect();
+        for _ in 0..OTHERS {
+            let near = rng.chance(0.5);
+            let some: Vec<Appointment> =
+                open.iter().copied().filter(|a| !near || is_near(*a, choice)).collect();
+            let Some(&other) = some.get(rng.below(some.len().max(1))) else { continue };
+            if kept.iter().all(|k| k.appointment != other) {
+                let worth = self.keep(sight, (full, looks), (other, action))? - base;
+                kept.push(Kept { appointment: other, worth });
+            }
+        }
+        Ok(Some(Appointed { looks, kept }))
+    }
+
+    /// What it is worth to keep an appointment that is made after some looks, with `action` as the move until then.
+    fn keep(
+        &mut self,
+        sight: &Sight,
+        seen: (&[f32], IndexSet),
+        (appointment, action): (Appointment, usize),
+    ) -> Result<f64, EnvironmentError> {
+        let mut world = sight.world.fork().expect("a copied world can be copied");
+        self.see(sight, seen);
+        self.gaze.appoint(Some(appointment));
+        if appointment.wait > 0 {
+            return self.roll_out(world.as_mut(), action);
+        }
+        let (action, price) = self.decide(world.as_mut())?;
+        Ok(self.roll_out(world.as_mut(), action)? - price)
     }
 
     /// The gaze of `sight` as if `looks` were all that was looked at.
@@ -191,7 +256,7 @@ impl<'a> Desk<'a> {
         self.eyes.blink();
         let mut price = 0.0;
         loop {
-            match self.student.next(&self.gaze, &mut self.scratch) {
+            match self.student.next(&mut self.gaze, &mut self.scratch) {
                 Next::Move(action) => return Ok((action, self.pupil.price_share * price)),
                 Next::Look(slot) => price += self.eyes.look(world, slot, &mut self.gaze)?,
             }
@@ -265,6 +330,14 @@ mod tests {
 
     /// One sight of a newborn student, judged; and what was looked at meanwhile.
     fn judged(rule: Rule, memory: MemoryConfig) -> (Judged, usize, Vec<(usize, usize)>) {
+        judged_by_chance(rule, memory, 4)
+    }
+
+    fn judged_by_chance(
+        rule: Rule,
+        memory: MemoryConfig,
+        chance: u64,
+    ) -> (Judged, usize, Vec<(usize, usize)>) {
         let looks = LookRule::default();
         let config = CounterfactualConfig {
             looks,
@@ -288,8 +361,11 @@ mod tests {
         let student = Student::new(&config, &shape, &Streams::new(1)).unwrap();
         let mut gaze = Gaze::new(student.layout());
         gaze.look(student.layout(), 2, &[0.5]);
+        if rule.appoints() {
+            gaze.appoint(Some(Appointment { slot: 0, wait: 2 }));
+        }
         let log = world.looks.clone();
-        let sight = Sight { gaze, world: Box::new(world), streams: Streams::new(4) };
+        let sight = Sight { gaze, world: Box::new(world), streams: Streams::new(chance) };
         let pupil = Pupil {
             student: &student,
             members: &members,
@@ -328,5 +404,27 @@ mod tests {
         assert_eq!(steps, 2 + judged.stops.len() - 1);
         assert_eq!(looks.iter().filter(|(time, _)| *time == 0).count(), 3);
         assert!(!judged.stop(IndexSet::first(3), 0).1);
+    }
+
+    #[test]
+    fn appointments_are_worth_what_they_cost_within_sight() {
+        // With one step in sight, a look after one step costs γ · share · price, and a later one nothing. Who looks at once
+        // may move otherwise, too.
+        let price = |a: Appointment| if a.wait == 1 { 0.25 * [1.0, 2.0, 3.0][a.slot] } else { 0.0 };
+        let mut told_apart = 0;
+        for chance in 0..10 {
+            let rule = Rule::Appointed { max_looks: 1, ahead: 2 };
+            let (judged, _, looks) = judged_by_chance(rule, MemoryConfig::default(), chance);
+            let made = judged.appointments.expect("an appointment was made");
+            assert_eq!(made.kept[0].worth, 0.0, "the student's own choice is what others are counted from");
+            let later: Vec<&Kept> = made.kept.iter().filter(|k| k.appointment.wait > 0).collect();
+            for pair in later.windows(2) {
+                let expected = price(pair[0].appointment) - price(pair[1].appointment);
+                assert!((pair[1].worth - pair[0].worth - expected).abs() < 1e-12, "{pair:?}");
+                told_apart += usize::from(expected != 0.0);
+            }
+            assert!(looks.iter().all(|(time, _)| *time <= 1));
+        }
+        assert!(told_apart > 5, "{told_apart}");
     }
 }

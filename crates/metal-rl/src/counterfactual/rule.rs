@@ -17,6 +17,13 @@ pub enum LookRule {
         /// Most looks before a move, ≥ 1.
         max_looks: usize,
     },
+    /// After each look the student appoints the next one: with whom, and in how many motor steps.
+    Appointed {
+        /// Most looks before a move, ≥ 1.
+        max_looks: usize,
+        /// Motor steps that it may look ahead, ≥ 1.
+        ahead: usize,
+    },
     /// Always these members, "a fixed subset of sensors for all states" (Sec. 1).
     Fixed(Vec<String>),
     /// These members at every `steps`-th motor step, nobody in between.
@@ -51,6 +58,13 @@ pub enum Rule {
         /// Most looks before a move.
         max_looks: usize,
     },
+    /// Freely chosen looks, each appointed in advance.
+    Appointed {
+        /// Most looks before a move.
+        max_looks: usize,
+        /// Motor steps that may be looked ahead.
+        ahead: usize,
+    },
     /// A constant set at motor steps 0, `every`, 2 `every` …
     Scheduled {
         /// Slots looked at.
@@ -69,6 +83,9 @@ impl LookRule {
         Ok(match self {
             Self::Adaptive { min_looks, max_looks } => {
                 Rule::Adaptive { min_looks: *min_looks, max_looks: *max_looks }
+            }
+            Self::Appointed { max_looks, ahead } => {
+                Rule::Appointed { max_looks: *max_looks, ahead: *ahead }
             }
             Self::Fixed(members) => Rule::Scheduled { slots: slots(members, roster)?, every: 1 },
             Self::Every { steps, members } => {
@@ -91,17 +108,29 @@ impl Rule {
     #[must_use]
     pub fn due(self, clock: usize) -> Option<IndexSet> {
         match self {
-            Self::Adaptive { .. } => None,
+            Self::Adaptive { .. } | Self::Appointed { .. } => None,
             Self::Scheduled { slots, every } if clock.is_multiple_of(every) => Some(slots),
             Self::Scheduled { .. } => Some(IndexSet::EMPTY),
         }
+    }
+
+    /// Whether the student decides.
+    #[must_use]
+    pub fn is_free(self) -> bool {
+        matches!(self, Self::Adaptive { .. } | Self::Appointed { .. })
+    }
+
+    /// Whether looks are appointed in advance.
+    #[must_use]
+    pub fn appoints(self) -> bool {
+        matches!(self, Self::Appointed { .. })
     }
 
     /// Most looks before a move.
     #[must_use]
     pub fn most_looks(self) -> usize {
         match self {
-            Self::Adaptive { max_looks, .. } => max_looks,
+            Self::Adaptive { max_looks, .. } | Self::Appointed { max_looks, .. } => max_looks,
             Self::Scheduled { slots, .. } => slots.len(),
         }
     }

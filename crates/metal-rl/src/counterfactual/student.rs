@@ -1,5 +1,6 @@
 //! The student: what every move, and every look, is worth for any set of readings. Eqs. (8, 9).
 
+use super::appointment::Diary;
 use super::belief::{Belief, Lesson};
 use super::config::{CounterfactualConfig, NAME};
 use super::gaze::{Gaze, Layout};
@@ -97,7 +98,7 @@ impl Student {
             let mut rng = streams.stream("weights");
             Network::new(&widths(config, &layout, outputs), net.activation, net.adam, &mut rng)
         };
-        let choices = outputs(shape.actions, &layout);
+        let choices = outputs(shape.actions, &layout, shape.rule);
         let nth = |i: usize| network(choices, &streams.nth(i as u64));
         let believes = !layout.belief().is_empty();
         let belief =
@@ -135,7 +136,7 @@ impl Student {
     ) -> Result<Self, LearnerError> {
         let student: Self = frozen::open(NAME, bytes)?;
         let layout = Layout::new(&shape.blocks, config.memory, shape.actions);
-        let choices = widths(config, &layout, outputs(shape.actions, &layout));
+        let choices = widths(config, &layout, outputs(shape.actions, &layout, shape.rule));
         let sound = student.config == *config
             && student.layout == layout
             && student.rule == shape.rule
@@ -265,7 +266,7 @@ impl Student {
 
     /// From now on the student looks at everybody before every move, or no longer does; only where looks are its choice.
     pub(super) fn set_wide_eyed(&mut self, wide_eyed: bool) {
-        self.wide_eyed = wide_eyed && matches!(self.rule, Rule::Adaptive { .. });
+        self.wide_eyed = wide_eyed && self.rule.is_free();
     }
 
     /// Whether it looks at everybody before every move, although looks are its choice.
@@ -281,13 +282,13 @@ impl Student {
     /// Whether looks are free to choose and remembered, so that a look not taken is missed later on.
     #[must_use]
     pub fn remembers_free_looks(&self) -> bool {
-        self.config.memory.looks > 0 && matches!(self.rule, Rule::Adaptive { .. })
+        self.config.memory.remembers() && self.rule.is_free()
     }
 
     /// Working memory of the right size.
     #[must_use]
     pub fn scratch(&self) -> Scratch {
-        let outputs = outputs(self.actions, &self.layout);
+        let outputs = outputs(self.actions, &self.layout, self.rule);
         Scratch {
             seen: vec![0.0; self.layout.width()],
             raw: vec![0.0; outputs],
@@ -328,7 +329,13 @@ impl Student {
     /// Which output is the worth of moving now.
     #[must_use]
     pub fn stop(&self) -> usize {
-        self.actions + self.layout.slots()
+        self.actions + looks(&self.layout, self.rule)
+    }
+
+    /// The looks it can appoint.
+    #[must_use]
+    pub fn diary(&self) -> Diary {
+        diary(&self.layout, self.rule)
     }
 
     /// The motor action that the values in `scratch` call best.
@@ -373,17 +380,21 @@ impl Student {
     }
 
     /// The next look, or the move, where `gaze` stands. If it is a move, `scratch` holds the values behind it.
-    pub fn next(&self, gaze: &Gaze, scratch: &mut Scratch) -> Next {
+    /// A look that is appointed then is noted in `gaze`.
+    pub fn next(&self, gaze: &mut Gaze, scratch: &mut Scratch) -> Next {
         self.next_but(IndexSet::EMPTY, gaze, scratch)
     }
 
     /// As [`Self::next`], without looks at slots that rest.
-    pub fn next_but(&self, resting: IndexSet, gaze: &Gaze, scratch: &mut Scratch) -> Next {
+    pub fn next_but(&self, resting: IndexSet, gaze: &mut Gaze, scratch: &mut Scratch) -> Next {
         let attended = gaze.attended();
         if let Some(due) = self.due(gaze.clock())
             && let Some(slot) = due.minus(attended).minus(resting).iter().next()
         {
             return Next::Look(slot);
+        }
+        if self.rule.appoints() && !self.wide_eyed {
+            return self.next_by_appointment(resting, gaze, scratch);
         }
         self.evaluate(gaze.input(), scratch);
         match self.preferred_among(self.open_looks(attended).minus(resting), attended, scratch) {
@@ -402,8 +413,18 @@ impl Student {
 }
 
 /// Moves, looks, and moving now.
-fn outputs(actions: usize, layout: &Layout) -> usize {
-    actions + layout.slots() + 1
+fn outputs(actions: usize, layout: &Layout, rule: Rule) -> usize {
+    actions + looks(layout, rule) + 1
+}
+
+/// Looks that are valued: one per slot, or per appointment.
+fn looks(layout: &Layout, rule: Rule) -> usize {
+    diary(layout, rule).len()
+}
+
+fn diary(layout: &Layout, rule: Rule) -> Diary {
+    let ahead = if let Rule::Appointed { ahead, .. } = rule { ahead } else { 0 };
+    Diary { slots: layout.slots(), ahead }
 }
 
 fn widths(config: &CounterfactualConfig, layout: &Layout, outputs: usize) -> Vec<usize> {
@@ -429,13 +450,13 @@ mod tests {
         let rule = Rule::Scheduled { slots: IndexSet::EMPTY.with(0).with(2), every: 2 };
         let student = student(rule);
         let (mut gaze, mut scratch) = (Gaze::new(student.layout()), student.scratch());
-        assert_eq!(student.next(&gaze, &mut scratch), Next::Look(0));
+        assert_eq!(student.next(&mut gaze, &mut scratch), Next::Look(0));
         gaze.look(student.layout(), 0, &[0.1, 0.2]);
-        assert_eq!(student.next(&gaze, &mut scratch), Next::Look(2));
+        assert_eq!(student.next(&mut gaze, &mut scratch), Next::Look(2));
         gaze.look(student.layout(), 2, &[0.1]);
-        assert!(matches!(student.next(&gaze, &mut scratch), Next::Move(_)));
+        assert!(matches!(student.next(&mut gaze, &mut scratch), Next::Move(_)));
         gaze.advance(student.layout(), 0);
-        assert!(matches!(student.next(&gaze, &mut scratch), Next::Move(_)), "nobody looks in between");
+        assert!(matches!(student.next(&mut gaze, &mut scratch), Next::Move(_)), "nobody looks in between");
     }
 
     #[test]

@@ -78,7 +78,7 @@ impl Counterfactual {
     /// The next look or move: by the student, or on an errand.
     fn next(&mut self) -> Next {
         match self.errand {
-            None => self.student.next_but(self.rests.resting(), &self.gaze, &mut self.scratch),
+            None => self.student.next_but(self.rests.resting(), &mut self.gaze, &mut self.scratch),
             Some(Errand { slot: Some(slot), .. }) if !self.gaze.attended().contains(slot) => Next::Look(slot),
             Some(_) => {
                 self.student.evaluate(self.gaze.input(), &mut self.scratch);

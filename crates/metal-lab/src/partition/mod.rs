@@ -1,4 +1,4 @@
-//! `metal partition`: which sensors should make one tiny agent, proposed from a demonstration. Sec. 4.2, reading R122.
+//! `metal partition`: which sensors should make one tiny agent, proposed from a demonstration. Sec. 4.2, reading R132.
 //!
 //! In the order of the data: `watch` (the expert drives, every sensor is read) → groups of sensors
 //! ([`metal_rl::partition`]) → [`Proposal`] with its table (`print`), its picture (`draw`) and an experiment whose members
@@ -82,7 +82,7 @@ pub fn run(plan: &Plan, options: &PartitionOptions, progress: &dyn Progress) -> 
         options: options.clone(),
         episodes: shown.episodes.last().map_or(0, |last| last + 1),
         actions: plan.spec.actions.iter().enumerate().map(|(a, name)| (name.clone(), count(a))).collect(),
-        everything: desk.telling.of_group(&(0..shown.sensors()).collect::<Vec<_>>()),
+        everything: desk.telling.of_group(&desk.everything()),
         silhouette: silhouette(&desk.places(&groups), &desk.distances),
         plan: template.filled(plan, &groups, options)?,
         groups,
@@ -123,10 +123,28 @@ impl<'a> Desk<'a> {
                 None => best_silhouette(&self.distances, most),
             },
             Criterion::Worth => {
+                self.check_telling()?;
                 grown(&Worth::new(&self.telling, &self.prices, self.options.thrift), wanted.unwrap_or(most))
             }
             Criterion::Random => dealt(sensors, wanted.unwrap_or(most), &mut streams.stream("deal")),
         })
+    }
+
+    /// Where nothing can be told there is nothing to weigh prices against.
+    fn check_telling(&self) -> Result<(), PlanError> {
+        if self.telling.of_group(&self.everything()) > 0.0 {
+            return Ok(());
+        }
+        let message = format!(
+            "{}: too few, or there is nothing to see: all sensors together tell nothing of what the expert does in \
+             episodes they were not fitted to",
+            self.options.steps
+        );
+        Err(PlanError::at("steps", message))
+    }
+
+    fn everything(&self) -> Vec<usize> {
+        (0..self.names.len()).collect()
     }
 
     /// Groups with what they tell, the most telling first.

@@ -4,14 +4,13 @@ use super::*;
 use crate::plan;
 use crate::progress::Silent;
 
-const CELLS: &str = include_str!("../../../../experiments/partition.toml");
-
 fn cells() -> Plan {
-    plan::parse(CELLS, &[]).unwrap()
+    plan::parse(crate::experiments::PARTITION, &[]).unwrap()
 }
 
 fn brief(by: Criterion, groups: Option<usize>) -> PartitionOptions {
-    PartitionOptions { by, groups, steps: 300, ..PartitionOptions::default() }
+    let steps = if by == Criterion::Worth { 2000 } else { 300 };
+    PartitionOptions { by, groups, steps, ..PartitionOptions::default() }
 }
 
 fn complaint(plan: &Plan, options: &PartitionOptions) -> String {
@@ -96,13 +95,13 @@ fn what_cannot_be_partitioned_is_refused_by_name() {
     ] {
         assert!(complaint(&plan, &options).contains(field), "{field}");
     }
-    let one = plan::parse(CELLS, &["member.ALL.sensors=[\"r1c1\"]".to_owned()]).unwrap();
+    let one =
+        plan::parse(crate::experiments::PARTITION, &["member.ALL.sensors=[\"r1c1\"]".to_owned()]).unwrap();
     assert!(complaint(&one, &default).contains("one sensor"));
     // Experts who are their own opinion cannot speak for several sensors.
     let toy = plan::parse(crate::experiments::TOY, &[]).unwrap();
     let refused = complaint(&toy, &brief(Criterion::Alike, Some(3)));
     assert!(refused.contains("in the places of MN, MF"), "{refused}");
-    let none =
-        include_str!("../../../../experiments/toy.toml").replace("[environment.toy]", "[environment.puddle]");
-    assert!(plan::parse(&none, &[]).is_err());
+    let few = PartitionOptions { steps: 60, ..default };
+    assert!(complaint(&plan, &few).contains("steps: 60: too few"));
 }

@@ -10,7 +10,7 @@
 //!   to the rest, what adds too little to those who are there. Redundant sensors end up in different groups, of which attention
 //!   can ask one.
 //!
-//! All functions are pure; the same demonstration gives the same groups. Reading R122.
+//! All functions are pure; the same demonstration gives the same groups. Reading R132.
 
 pub mod alike;
 pub mod growth;

@@ -116,7 +116,7 @@ pub fn organs(senses: Senses, task: &Task) -> Vec<Fitted> {
 }
 
 /// Raw cells. The price of vision is shared out by area, that of the ring equally, so that all cells together cost what
-/// all regions cost (reading R121).
+/// all regions cost (reading R131).
 fn cells(grid: Grid, task: &Task) -> Vec<Fitted> {
     let [vision @ .., ring] = task.prices;
     let vision: f64 = vision.iter().sum();

@@ -84,6 +84,7 @@ fn help_texts_teach() {
         "transfer",
         "faults",
         "ceiling",
+        "partition",
     ];
     expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
     for command in commands {
@@ -324,6 +325,54 @@ fn a_task_is_checked() {
     assert!(table.contains("problem: sensor b never changes"), "{table}");
     assert!(complaint(1, &["check", "moon"]).contains("moon"));
     assert!(complaint(2, &["check", "maze", "--prices", "p.toml"]).contains("--target"));
+}
+
+#[test]
+fn members_are_proposed_and_can_be_run() {
+    let cells = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments/partition.toml");
+    let (file, picture) = (temporary("proposed.toml"), temporary("proposed.svg"));
+    [&file, &picture].into_iter().for_each(|path| drop(std::fs::remove_file(path)));
+    let out = file.to_str().unwrap();
+    let arguments = ["partition", cells, "--by", "alike", "--groups", "5", "--steps", "300", "--out", out];
+    let table = output(&arguments);
+    for wanted in ["HighwayCells-v0: 5 groups", "\nG5 ", "ps7", "\nall    12.00"] {
+        assert!(table.contains(wanted), "{wanted} is missing in\n{table}");
+    }
+    assert!(std::fs::read_to_string(&picture).unwrap().starts_with("<svg"));
+    let again = complaint(1, &arguments);
+    assert!(again.contains("proposed.toml: exists; replace it with --force"), "{again}");
+    let json = output(&[&arguments[..], &["--force", "--json"]].concat());
+    let proposal: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(proposal["groups"].as_array().unwrap().len(), 5);
+    let folder = temporary("proposed-run");
+    let quick = [
+        "run",
+        out,
+        "--quick",
+        "--seeds",
+        "1",
+        "--threads",
+        "1",
+        "--force",
+        "--out",
+        folder.to_str().unwrap(),
+    ];
+    assert!(output(&quick).contains("acl"));
+}
+
+#[test]
+fn what_cannot_be_proposed_is_said() {
+    let cells = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments/partition.toml");
+    assert!(complaint(1, &["partition", "missing.toml"]).contains("missing.toml: cannot be read"));
+    assert!(complaint(1, &["partition", cells, "--out", "groups.txt"]).contains("ends in .toml"));
+    assert!(complaint(2, &["partition", cells, "--by", "colour"]).contains("alike, worth, random"));
+    assert!(
+        complaint(1, &["partition", cells, "--groups", "33", "--steps", "50", "--by", "alike"])
+            .contains("groups: 33: at most 32")
+    );
+    let coarse = "environment.highway.senses={ cells = { columns = 2, rows = 2 } }";
+    let refused = complaint(1, &["partition", cells, "--set", coarse]);
+    assert!(refused.contains("senses.cells") && refused.contains("2 columns of 2"), "{refused}");
 }
 
 #[test]

@@ -9,11 +9,12 @@
 #![expect(clippy::print_stdout, reason = "a program that prints")]
 
 use metal_lab::evaluate::{Candidate, Course, watch};
+use metal_lab::mind::Mind;
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;
 use metal_lab::registry::Roads;
 use metal_lab::reproduce::subsets::{Rival, train_subset};
-use metal_lab::train::{Trained, train_seed};
+use metal_lab::train::{Trained, train_phase};
 use metal_rl::observe::{Observer, Step};
 use metal_rl::random::Streams;
 use std::error::Error;
@@ -35,8 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Teaches `pupil`, and shows its diary and its anatomy.
 fn teach(plan: &Plan, pupil: &str, streams: &Streams) -> Result<(), Box<dyn Error>> {
     if pupil == "adaptive" {
-        let mut trained = train_seed(plan, streams, &Silent)?;
-        let trained = trained.remove("attention").ok_or("the file has no phase `attention`")?;
+        let trained = attention(plan, streams)?;
         print(&trained);
         let phase = &plan.file.phase["attention"];
         let roster = plan.roster(&phase.roster);
@@ -48,6 +48,21 @@ fn teach(plan: &Plan, pupil: &str, streams: &Streams) -> Result<(), Box<dyn Erro
         train_subset(plan, rows, (Rival::parse(plan, "whom to teach", pupil)?, 1.0), streams, &Silent)?;
     print(&subset.trained);
     dissect(&subset.candidate(), streams)
+}
+
+/// The phase `attention`, and before it only those it starts from.
+fn attention(plan: &Plan, streams: &Streams) -> Result<Trained, Box<dyn Error>> {
+    let mut chain = vec!["attention"];
+    let mut at = plan.file.phase.get("attention").ok_or("the file has no phase `attention`")?;
+    while let Some(before) = at.after.as_deref() {
+        chain.push(before);
+        at = &plan.file.phase[before];
+    }
+    let mut mind = Mind::newborn(plan, streams)?;
+    while chain.len() > 1 {
+        mind = train_phase(plan, chain.pop().unwrap_or_default(), mind, streams, &Silent)?.mind;
+    }
+    Ok(train_phase(plan, chain[0], mind, streams, &Silent)?)
 }
 
 fn print(trained: &Trained) {
@@ -91,6 +106,7 @@ struct Class {
     steps: f64,
     looks: f64,
     cost: f64,
+    paid: f64,
 }
 
 impl Class {
@@ -98,14 +114,16 @@ impl Class {
         self.steps += 1.0;
         self.looks += step.percept.read().len() as f64;
         self.cost -= step.motor_reward;
+        self.paid += step.look_price;
     }
 
     fn print(&self, name: &str, all: f64) {
         let per = |sum: f64| sum / self.steps.max(1.0);
         let share = self.steps / all.max(1.0);
         println!(
-            "  {name:12} {share:6.3} of steps, {:5.2} looks, cost {:6.2}",
+            "  {name:12} {share:6.3} of steps, {:5.2} looks for {:6.3}, cost {:6.3}",
             per(self.looks),
+            per(self.paid),
             per(self.cost)
         );
     }

@@ -62,6 +62,11 @@ const ENTRIES: &[(&str, &str, &str)] = &[
     ),
     (
         "experiment",
+        "experiments/partition.toml",
+        "the eye in raw cells, for tiny agents to be proposed (`metal partition`)",
+    ),
+    (
+        "experiment",
         "experiments/transfer.toml",
         "trained minds on another road, through another eye and body (`metal transfer`)",
     ),

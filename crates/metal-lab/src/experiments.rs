@@ -8,3 +8,5 @@ pub const TRAFFIC: &str = include_str!("../../../experiments/traffic.toml");
 pub const TOY: &str = include_str!("../../../experiments/toy.toml");
 /// Attention against the best fixed choice of sensors, both by counterfactual policy iteration.
 pub const ATTENTION: &str = include_str!("../../../experiments/attention.toml");
+/// The highway's senses in raw cells, for tiny agents to be proposed.
+pub const PARTITION: &str = include_str!("../../../experiments/partition.toml");

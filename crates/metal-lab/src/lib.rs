@@ -36,6 +36,7 @@ pub mod progress;
 
 pub mod bench;
 pub mod ceiling;
+pub mod partition;
 pub mod task;
 
 pub use metal_rl::measure::aliasing::bound as aliasing_bound;

@@ -4,9 +4,11 @@ use crate::traffic;
 use metal_recording::Replay;
 use metal_rl::environment::Environment;
 use metal_worlds::faulty::{Faults, Faulty};
+use metal_worlds::highway::camera::{COLUMNS, LARGEST_PATCH, ROWS};
 use metal_worlds::highway::classify::ColourThresholds;
+use metal_worlds::highway::senses::MOST_CELLS;
 use metal_worlds::highway::{
-    Ground, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Steering, Task,
+    Grid, Ground, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Senses, Steering, Task,
 };
 use metal_worlds::maze::{Maze, MazeConfig};
 use metal_worlds::miniature::{self, Eye, MOST_OBSTACLES, Miniature, MiniatureConfig, Wheels};
@@ -268,10 +270,24 @@ fn check_highway(world: &str, config: &HighwayConfig) -> Result<(), WorldError> 
         let message = format!("{}: in [0, {FASTEST_CARS}] times the usual", config.car_speed);
         return Err(refuse(format!("{world}.car_speed"), message));
     }
+    check_senses(world, config.senses)?;
     match &config.pixels {
         Pixels::Classes => Ok(()),
         Pixels::Rgb(rgb) => check_rgb(&format!("{world}.pixels.rgb"), rgb),
     }
+}
+
+fn check_senses(world: &str, senses: Senses) -> Result<(), WorldError> {
+    let Senses::Cells(grid) = senses else { return Ok(()) };
+    if grid.is_possible() {
+        return Ok(());
+    }
+    let Grid { columns, rows } = grid;
+    let message = format!(
+        "{columns} columns of {rows}: at most {MOST_CELLS} cells, each with a pixel and at most {LARGEST_PATCH} of \
+         {COLUMNS} × {ROWS}, e.g. 6 columns of 4"
+    );
+    Err(refuse(format!("{world}.senses.cells"), message))
 }
 
 fn check_task(world: &str, task: &Task) -> Result<(), WorldError> {

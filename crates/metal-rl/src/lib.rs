@@ -29,6 +29,7 @@ pub mod counterfactual;
 
 pub mod measure;
 pub mod observe;
+pub mod partition;
 
 pub mod num;
 pub mod random;

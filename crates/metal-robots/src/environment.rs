@@ -18,7 +18,7 @@ use metal_worlds::highway::expert::{Knowledge, Paths, advise};
 use metal_worlds::highway::kinematics::{ACTION_SECS, BODY_RADIUS_M, Twist};
 use metal_worlds::highway::measures::{NAMES, Touch, collect};
 use metal_worlds::highway::task::Facts;
-use metal_worlds::highway::{Ground, HighwayConfig, MotorAction, Pose, contract};
+use metal_worlds::highway::{Ground, HighwayConfig, MotorAction, Pose, Senses, contract};
 use std::sync::Arc;
 
 /// Names of the measures a body has beside those of the simulated highway.
@@ -88,7 +88,8 @@ impl RobotEnvironment {
     /// If the body does not answer.
     pub fn new(guard: Guard, config: RobotConfig) -> Result<Self, BodyError> {
         let (name, crops) = guard.with(|body| Ok((body.name().to_owned(), body.crops())))?;
-        let mut spec = contract(&config.highway);
+        // A body looks by regions, however the plan's world cuts its senses.
+        let mut spec = contract(&HighwayConfig { senses: Senses::Regions, ..config.highway.clone() });
         spec.id = format!("Highway-{name}");
         spec.measures.extend(LINK_MEASURES.map(str::to_owned));
         let measures = vec![0.0; spec.measures.len()];

@@ -2,7 +2,7 @@
 
 use metal_rl::environment::{End, Environment};
 use metal_rl::random::Rng;
-use metal_worlds::highway::{Ground, Highway, HighwayConfig, RoadSet, Steering};
+use metal_worlds::highway::{Grid, Ground, Highway, HighwayConfig, RoadSet, Senses, Steering};
 use metal_worlds::maze::{Maze, MazeConfig};
 use metal_worlds::miniature::{Miniature, MiniatureConfig};
 use metal_worlds::puddle::{Puddle, PuddleConfig};
@@ -21,7 +21,8 @@ fn environments() -> Vec<World> {
         Box::new(Puddle::new(&PuddleConfig::default())),
         table(cube(&CubeConfig::default())),
         table(cube_nm(&CubeNmConfig::default())),
-        highway(),
+        highway(Senses::Regions),
+        highway(Senses::Cells(Grid::default())),
         miniature(),
     ]
 }
@@ -32,10 +33,11 @@ fn table(data: Data) -> World {
 }
 
 /// The highway among scripted cars; its roads take a while to paint and are shared.
-fn highway() -> World {
+fn highway(senses: Senses) -> World {
     static ROADS: OnceLock<Arc<[Ground]>> = OnceLock::new();
     let roads = ROADS.get_or_init(|| RoadSet::Training.build()).clone();
-    Box::new(Highway::on_roads(HighwayConfig::default(), roads, Steering::Scripted))
+    let config = HighwayConfig { senses, ..HighwayConfig::default() };
+    Box::new(Highway::on_roads(config, roads, Steering::Scripted))
 }
 
 /// The miniature road with every deviation.

@@ -4,8 +4,8 @@
 use metal_rl::environment::{End, Environment};
 use metal_rl::random::Rng;
 use metal_worlds::highway::{
-    Class, Driver, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Situation, Start, Steering,
-    VISION,
+    Class, Driver, Grid, Highway, HighwayConfig, Pixels, RgbConfig, RoadSet, Scenario, Senses, Situation,
+    Start, Steering, VISION,
 };
 use proptest::prelude::*;
 use std::sync::{Arc, LazyLock};
@@ -287,6 +287,46 @@ fn a_region_and_the_whole_picture_show_the_same_under_blur_and_noise() {
                 .filter(|&i| image[i] == Class::Green)
                 .count();
             assert_eq!(look(&mut world, sensor)[3], red as f64 / w.pixels() as f64);
+        }
+    }
+}
+
+#[test]
+fn cells_say_together_what_regions_say_and_nothing_else_changes() {
+    for rgb in [None, Some(RgbConfig { noise: 0.05, ..RgbConfig::default() })] {
+        let pixels = rgb.map_or(Pixels::Classes, Pixels::Rgb);
+        let mut regions = world(|config| config.pixels = pixels);
+        let mut cells = world(|config| {
+            config.pixels = pixels;
+            config.senses = Senses::Cells(Grid::default());
+        });
+        assert_eq!((regions.spec().id.as_str(), cells.spec().id.as_str()), ("Highway-v0", "HighwayCells-v0"));
+        let windows = Grid::default().windows();
+        for step in 0..30 {
+            if step % 10 == 0 {
+                for world in [&mut regions, &mut cells] {
+                    world.reset(100 + step).unwrap();
+                }
+            }
+            // Pixels of each colour in the whole picture, counted in both ways.
+            let counted = |world: &mut Highway, areas: &[usize]| {
+                let mut sum = [0.0; 4];
+                for (sensor, &pixels) in areas.iter().enumerate() {
+                    let shares = look(world, sensor);
+                    sum.iter_mut().zip(shares).for_each(|(s, x)| *s += x * pixels as f64);
+                }
+                sum.map(f64::round)
+            };
+            let coarse: Vec<usize> =
+                metal_worlds::highway::camera::Region::ALL.iter().map(|r| r.window().pixels()).collect();
+            let fine: Vec<usize> = windows.iter().map(|w| w.pixels()).collect();
+            assert_eq!(counted(&mut regions, &coarse), counted(&mut cells, &fine));
+            let ring: Vec<f64> = (24..32).flat_map(|sensor| look(&mut cells, sensor)).collect();
+            assert_eq!(look(&mut regions, 6), ring);
+            assert_eq!(regions.advise(), cells.advise());
+            let action = regions.advise().unwrap();
+            assert_eq!(regions.step(action).unwrap(), cells.step(action).unwrap());
+            assert_eq!(regions.measures(), cells.measures());
         }
     }
 }

@@ -3,7 +3,7 @@
 
 mod aliasing;
 mod look_map;
-mod picture;
+pub(crate) mod picture;
 mod road_view;
 mod situations;
 mod test_drive;

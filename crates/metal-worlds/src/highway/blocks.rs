@@ -3,7 +3,7 @@
 //! Answers are those of each ray alone, bit by bit: a block is answered at once only where the map of clearances says
 //! that nothing else is as near as its farthest ray.
 
-use super::camera::Window;
+use super::camera::{LARGEST_PATCH, Window};
 use super::clearance::radius;
 use super::ground::{Ground, Material};
 use super::sight::{Lens, Ray, Rays, whole};
@@ -13,7 +13,7 @@ use multiversion::multiversion;
 /// Rays in a block.
 pub(super) const BLOCK: usize = 16;
 /// Blocks of the largest region.
-const MOST_BLOCKS: usize = (18_usize * 26).div_ceil(BLOCK);
+const MOST_BLOCKS: usize = LARGEST_PATCH.div_ceil(BLOCK);
 /// What a region's rays find; more than the region's pixels, for whole blocks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found([[Material; BLOCK]; MOST_BLOCKS]);

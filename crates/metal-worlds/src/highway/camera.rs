@@ -142,8 +142,18 @@ pub struct Camera {
     /// All pixels, row by row.
     picture: Vec<Ray>,
     whole: Rays,
-    regions: [Blocks; 6],
-    wedges: [Wedge; 6],
+    regions: [Patch; 6],
+}
+
+/// Pixels of the largest window that can be counted: the middle near region.
+pub const LARGEST_PATCH: usize = 18 * 26;
+
+/// A window of the picture whose colours are counted again and again.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    window: Window,
+    blocks: Blocks,
+    wedge: Wedge,
 }
 
 /// Most bodies in a scene besides the one that looks.
@@ -177,10 +187,19 @@ impl Camera {
         let picture: Vec<Ray> = (0..ROWS * COLUMNS).map(|i| ray(i / COLUMNS, i % COLUMNS)).collect();
         Self {
             whole: picture.iter().copied().collect(),
-            regions: Region::ALL.map(|region| Blocks::new(&picture, COLUMNS, region.window())),
-            wedges: Region::ALL.map(|region| Wedge::of(&picture, region.window())),
+            regions: Region::ALL.map(|region| Patch::of(&picture, region.window())),
             picture,
         }
+    }
+
+    /// The pixels of `window`, made ready to be counted with [`Self::count_patch`].
+    ///
+    /// # Panics
+    /// If it has more than [`LARGEST_PATCH`] pixels.
+    #[must_use]
+    pub fn patch(&self, window: Window) -> Patch {
+        assert!(window.pixels() <= LARGEST_PATCH, "at most {LARGEST_PATCH} pixels, not {}", window.pixels());
+        Patch::of(&self.picture, window)
     }
 
     /// Where the ray of a pixel meets the ground, in metres ahead of and to the left of the body's centre.
@@ -207,22 +226,41 @@ impl Camera {
     /// How many pixels of a region show each class: what [`Self::render`] paints, counted.
     #[must_use]
     pub fn count(&self, scene: &Scene, region: Region) -> [u32; 4] {
-        self.count_from(&Eye::of(scene), scene.ground, region)
+        self.count_patch(scene, &self.regions[region as usize])
+    }
+
+    /// The same of any window.
+    #[must_use]
+    pub fn count_patch(&self, scene: &Scene, patch: &Patch) -> [u32; 4] {
+        patch.count_from(&Eye::of(scene), scene.ground)
     }
 
     /// The same of all regions, in their order.
     #[must_use]
     pub fn count_all(&self, scene: &Scene) -> [[u32; 4]; 6] {
         let eye = Eye::of(scene);
-        Region::ALL.map(|region| self.count_from(&eye, scene.ground, region))
+        Region::ALL.map(|region| self.regions[region as usize].count_from(&eye, scene.ground))
+    }
+}
+
+impl Patch {
+    fn of(picture: &[Ray], window: Window) -> Self {
+        let (blocks, wedge) = (Blocks::new(picture, COLUMNS, window), Wedge::of(picture, window));
+        Self { window, blocks, wedge }
     }
 
-    fn count_from(&self, eye: &Eye, ground: &Ground, region: Region) -> [u32; 4] {
-        let blocks = &self.regions[region as usize];
+    /// Its pixels.
+    #[must_use]
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
+    fn count_from(&self, eye: &Eye, ground: &Ground) -> [u32; 4] {
+        let Self { blocks, wedge, .. } = self;
         let mut found = Found::default();
         look_at_blocks(blocks, &eye.lens, ground, &mut found);
         let shown = found.as_flattened_mut();
-        for body in eye.farthest_first(&self.wedges[region as usize]) {
+        for body in eye.farthest_first(wedge) {
             let near_side_m = body.distance2().sqrt() - BODY_RADIUS_M - 1e-6;
             let rays = blocks.reaching(near_side_m) * BLOCK;
             put_before(&blocks.rays, 0..rays, body, &mut shown[..rays]);

@@ -3,6 +3,7 @@
 use super::ground::RoadSet;
 use super::rgb::RgbConfig;
 use super::scenario::Scenario;
+use super::senses::Senses;
 use super::task::Task;
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +36,9 @@ pub struct HighwayConfig {
     /// takes to other traffic (Sec. 6.2).
     #[serde(skip_serializing_if = "is_usual")]
     pub car_speed: f64,
+    /// How the learner's sensors are cut: as in the paper unless somebody wants them cut otherwise.
+    #[serde(skip_serializing_if = "Senses::is_usual")]
+    pub senses: Senses,
 }
 
 /// Files and contracts stay as they were where nobody asked for other traffic.
@@ -51,6 +55,7 @@ impl Default for HighwayConfig {
             horizon: 50,
             task: Task::default(),
             car_speed: 1.0,
+            senses: Senses::default(),
         }
     }
 }

@@ -75,15 +75,32 @@ impl Infrared {
     /// Readings of all sensors of the body at `eye`. The noise belongs to `moment` (the family of this step), so that
     /// looking again, or in another order, gives the same readings.
     pub fn read(&self, eye: &Pose, cars: &[Pose], moment: Streams, out: &mut [f64]) {
-        let (sin, cos) = num::sin_cos(eye.heading_rad);
-        for (i, (&[x, y, ahead, left], reading)) in self.mounts.iter().zip(out).enumerate() {
-            let from = [eye.x_m + x * cos - y * sin, eye.y_m + x * sin + y * cos];
-            let direction = [ahead * cos - left * sin, ahead * sin + left * cos];
-            let distance = cars.iter().map(|car| hit(from, direction, car)).fold(f64::INFINITY, f64::min);
-            let (mean, spread) = look_up(distance * self.slant / RED_FACTOR);
-            let noise = moment.nth(i as u64).stream("infrared").normal();
-            *reading = (mean * (1.0 + spread * noise)).clamp(LOW, HIGH);
-        }
+        let turned = num::sin_cos(eye.heading_rad);
+        out.iter_mut()
+            .enumerate()
+            .for_each(|(i, reading)| *reading = self.answer(i, (eye, turned), cars, moment));
+    }
+
+    /// The reading of sensor `i` alone: what [`Self::read`] says of it.
+    #[must_use]
+    pub fn read_one(&self, i: usize, eye: &Pose, cars: &[Pose], moment: Streams) -> f64 {
+        self.answer(i, (eye, num::sin_cos(eye.heading_rad)), cars, moment)
+    }
+
+    fn answer(
+        &self,
+        i: usize,
+        (eye, (sin, cos)): (&Pose, (f64, f64)),
+        cars: &[Pose],
+        moment: Streams,
+    ) -> f64 {
+        let [x, y, ahead, left] = self.mounts[i];
+        let from = [eye.x_m + x * cos - y * sin, eye.y_m + x * sin + y * cos];
+        let direction = [ahead * cos - left * sin, ahead * sin + left * cos];
+        let distance = cars.iter().map(|car| hit(from, direction, car)).fold(f64::INFINITY, f64::min);
+        let (mean, spread) = look_up(distance * self.slant / RED_FACTOR);
+        let noise = moment.nth(i as u64).stream("infrared").normal();
+        (mean * (1.0 + spread * noise)).clamp(LOW, HIGH)
     }
 }
 
@@ -132,6 +149,14 @@ mod tests {
         let distance = (0.085 - 0.037 - 0.031) / num::cos(9.17_f64.to_radians()) / RED_FACTOR;
         let (mean, spread) = look_up(distance);
         assert!((readings[5] / mean - 1.0).abs() < 5.0 * spread);
+    }
+
+    #[test]
+    fn one_sensor_alone_reads_what_it_reads_in_the_ring() {
+        let car = Pose { x_m: 0.07, y_m: 0.03, heading_rad: 0.0 };
+        let ring = read(&[car], 4);
+        let alone = |i| Infrared::new().read_one(i, &Pose::default(), &[car], Streams::new(9).nth(4));
+        assert_eq!(std::array::from_fn(alone), ring);
     }
 
     #[test]

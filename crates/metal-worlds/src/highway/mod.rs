@@ -19,6 +19,7 @@ mod raster;
 pub mod rgb;
 pub mod road;
 pub mod scenario;
+pub mod senses;
 pub mod shape;
 mod sight;
 pub mod task;
@@ -31,10 +32,11 @@ pub use pose::Pose;
 pub use rgb::RgbConfig;
 pub use road::{Outline, Road};
 pub use scenario::{Scenario, Situation, Start};
+pub use senses::{Grid, Senses};
 pub use task::Task;
 pub use traffic::{Driver, Steering, VISION};
 
-use camera::{COLUMNS, Camera, Obstacle, ROWS, Region, Scene, Window};
+use camera::{COLUMNS, Camera, Obstacle, Patch, ROWS, Region, Scene, Window};
 use infrared::Infrared;
 use kinematics::{BODY_RADIUS_M, SUBSTEP_SECS, SUBSTEPS, Twist, advance};
 use measures::Touch;
@@ -42,14 +44,21 @@ use metal_rl::environment::{
     End, Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome, Picture, SensorSpec,
 };
 use metal_rl::random::Streams;
+use senses::{Organ, organs};
 use std::sync::Arc;
 use task::Facts;
 use traffic::CARS;
 
 /// Bodies: the learner first, then the red cars.
 const BODIES: usize = 1 + CARS;
-/// Index of the infra-red sensor, after the six regions.
-const INFRARED: usize = 6;
+
+/// A sensor of the learner, ready to be read.
+#[derive(Clone, Debug)]
+enum Sense {
+    Area(Patch),
+    Ring,
+    Proximity(usize),
+}
 
 /// What all copies of a world share.
 #[derive(Debug)]
@@ -59,6 +68,8 @@ struct Shared {
     grounds: Arc<[Ground]>,
     camera: Camera,
     infrared: Infrared,
+    /// The learner's sensors, in the order of the contract.
+    senses: Vec<Sense>,
     steering: Steering,
 }
 
@@ -83,7 +94,7 @@ impl Highway {
     /// many worlds, clone one.
     ///
     /// # Panics
-    /// If the list of road seeds is empty.
+    /// If the list of road seeds is empty, or the picture cannot be cut as configured ([`Grid::is_possible`]).
     #[must_use]
     pub fn new(config: HighwayConfig, steering: Steering) -> Self {
         let grounds = config.roads.build();
@@ -91,13 +102,18 @@ impl Highway {
     }
 
     /// The same on roads that were built before (`config.roads` only says which they are).
+    ///
+    /// # Panics
+    /// If the picture cannot be cut as configured ([`Grid::is_possible`]).
     #[must_use]
     pub fn on_roads(config: HighwayConfig, grounds: Arc<[Ground]>, steering: Steering) -> Self {
+        let camera = Camera::new();
         let shared = Shared {
             spec: contract(&config),
+            senses: senses(&config, &camera),
             config,
             grounds,
-            camera: Camera::new(),
+            camera,
             infrared: Infrared::new(),
             steering,
         };
@@ -181,6 +197,19 @@ impl Highway {
         image
     }
 
+    /// Writes which shares of a patch show each class.
+    fn look(&self, patch: &Patch, out: &mut [f64]) {
+        let mut counts = [0_u32; 4];
+        self.with_learners_scene(|scene| {
+            if self.shared.config.pixels == Pixels::Classes {
+                counts = self.shared.camera.count_patch(scene, patch);
+            } else {
+                self.see_classes(scene, patch.window(), |_, class| counts[class as usize] += 1);
+            }
+        });
+        fractions(counts, patch.window(), out);
+    }
+
     fn ground(&self) -> &Ground {
         &self.shared.grounds[self.road]
     }
@@ -233,7 +262,7 @@ impl Highway {
         let mut vision = [0.0; VISION];
         let counts = self.shared.camera.count_all(&scene);
         for ((region, counts), out) in Region::ALL.into_iter().zip(counts).zip(vision.chunks_exact_mut(4)) {
-            fractions(counts, region, out);
+            fractions(counts, region.window(), out);
         }
         vision
     }
@@ -326,21 +355,14 @@ impl Environment for Highway {
     }
 
     fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
-        if sensor == INFRARED {
-            let moment = self.moment("infrared");
-            self.shared.infrared.read(&self.bodies[0], self.cars(), moment, out);
-            return Ok(());
-        }
-        let region = Region::ALL[sensor];
-        let mut counts = [0_u32; 4];
-        self.with_learners_scene(|scene| {
-            if self.shared.config.pixels == Pixels::Classes {
-                counts = self.shared.camera.count(scene, region);
-            } else {
-                self.see_classes(scene, region.window(), |_, class| counts[class as usize] += 1);
+        let moment = || self.moment("infrared");
+        match &self.shared.senses[sensor] {
+            Sense::Area(patch) => self.look(patch, out),
+            Sense::Ring => self.shared.infrared.read(&self.bodies[0], self.cars(), moment(), out),
+            Sense::Proximity(i) => {
+                out[0] = self.shared.infrared.read_one(*i, &self.bodies[0], self.cars(), moment());
             }
-        });
-        fractions(counts, region, out);
+        }
         Ok(())
     }
 
@@ -386,9 +408,9 @@ impl Environment for Highway {
     }
 }
 
-/// Shares of the classes among the pixels of a region.
-fn fractions(counts: [u32; 4], region: Region, out: &mut [f64]) {
-    let pixels = region.window().pixels() as f64;
+/// Shares of the classes among the pixels of a window.
+fn fractions(counts: [u32; 4], window: Window, out: &mut [f64]) {
+    let pixels = window.pixels() as f64;
     out.iter_mut().zip(counts).for_each(|(share, count)| *share = f64::from(count) / pixels);
 }
 
@@ -396,28 +418,48 @@ fn obstacle(body: &Pose, material: Material) -> Obstacle {
     Obstacle { x_m: body.x_m, y_m: body.y_m, material }
 }
 
+/// The learner's sensors, ready to be read.
+fn senses(config: &HighwayConfig, camera: &Camera) -> Vec<Sense> {
+    let ready = |organ: Organ| match organ {
+        Organ::Area(window) => Sense::Area(camera.patch(window)),
+        Organ::Ring => Sense::Ring,
+        Organ::Proximity(i) => Sense::Proximity(i),
+    };
+    organs(config.senses, &config.task).into_iter().map(|fitted| ready(fitted.organ)).collect()
+}
+
 /// The contract of the highway. Sec. 4.2.
+///
+/// # Panics
+/// If the picture cannot be cut as configured ([`Grid::is_possible`]).
 #[must_use]
 pub fn contract(config: &HighwayConfig) -> EnvironmentSpec {
-    let feature = |name: &str, low: f64, high: f64| Feature { name: name.to_owned(), low, high };
-    let colours = ["black", "white", "red", "green"];
-    let mut sensors: Vec<SensorSpec> = Region::ALL
-        .iter()
-        .zip(config.task.prices)
-        .map(|(region, price)| SensorSpec {
-            name: region.name().to_owned(),
-            features: colours.iter().map(|colour| feature(colour, 0.0, 1.0)).collect(),
-            price,
-        })
-        .collect();
-    let ring =
-        (0..infrared::SENSORS).map(|i| feature(&format!("ps{i}"), infrared::LOW, infrared::HIGH)).collect();
-    sensors.push(SensorSpec { name: "IR".to_owned(), features: ring, price: config.task.prices[INFRARED] });
+    if let Senses::Cells(grid) = config.senses {
+        assert!(grid.is_possible(), "a grid of {} × {} cells is impossible", grid.columns, grid.rows);
+    }
+    let sensors = organs(config.senses, &config.task).into_iter().map(|fitted| SensorSpec {
+        features: features(fitted.organ),
+        name: fitted.name,
+        price: fitted.price,
+    });
     EnvironmentSpec {
-        id: "Highway-v0".to_owned(),
-        sensors,
+        id: if config.senses.is_usual() { "Highway-v0" } else { "HighwayCells-v0" }.to_owned(),
+        sensors: sensors.collect(),
         actions: MotorAction::ALL.iter().map(|action| action.name().to_owned()).collect(),
         horizon: config.horizon,
         measures: measures::NAMES.iter().map(|&name| name.to_owned()).collect(),
+    }
+}
+
+/// The numbers a sensor delivers.
+fn features(organ: Organ) -> Vec<Feature> {
+    let feature = |name: String, low: f64, high: f64| Feature { name, low, high };
+    let near = |i: usize| feature(format!("ps{i}"), infrared::LOW, infrared::HIGH);
+    match organ {
+        Organ::Area(_) => {
+            ["black", "white", "red", "green"].map(|colour| feature(colour.to_owned(), 0.0, 1.0)).to_vec()
+        }
+        Organ::Ring => (0..infrared::SENSORS).map(near).collect(),
+        Organ::Proximity(i) => vec![near(i)],
     }
 }

@@ -278,7 +278,11 @@ fn check_highway(world: &str, config: &HighwayConfig) -> Result<(), WorldError> 
 }
 
 fn check_senses(world: &str, senses: Senses) -> Result<(), WorldError> {
-    let Senses::Cells(grid) = senses else { return Ok(()) };
+    let grid = match senses {
+        Senses::Regions => return Ok(()),
+        Senses::Truth { price } => return check_prices(&format!("{world}.senses.truth.price"), &[price]),
+        Senses::Cells(grid) => grid,
+    };
     if grid.is_possible() {
         return Ok(());
     }

@@ -23,6 +23,7 @@ fn environments() -> Vec<World> {
         table(cube_nm(&CubeNmConfig::default())),
         highway(Senses::Regions),
         highway(Senses::Cells(Grid::default())),
+        highway(Senses::Truth { price: 2.0 }),
         miniature(),
     ]
 }

@@ -24,6 +24,7 @@ pub mod shape;
 mod sight;
 pub mod task;
 pub mod traffic;
+pub mod truth;
 
 pub use config::{HighwayConfig, Pixels};
 pub use ground::{Class, Ground, Material, RoadSet};
@@ -58,6 +59,7 @@ enum Sense {
     Area(Patch),
     Ring,
     Proximity(usize),
+    Truth,
 }
 
 /// What all copies of a world share.
@@ -362,6 +364,7 @@ impl Environment for Highway {
             Sense::Proximity(i) => {
                 out[0] = self.shared.infrared.read_one(*i, &self.bodies[0], self.cars(), moment());
             }
+            Sense::Truth => truth::read(self.road(), &self.bodies[0], self.cars(), out),
         }
         Ok(())
     }
@@ -424,6 +427,7 @@ fn senses(config: &HighwayConfig, camera: &Camera) -> Vec<Sense> {
         Organ::Area(window) => Sense::Area(camera.patch(window)),
         Organ::Ring => Sense::Ring,
         Organ::Proximity(i) => Sense::Proximity(i),
+        Organ::Truth => Sense::Truth,
     };
     organs(config.senses, &config.task).into_iter().map(|fitted| ready(fitted.organ)).collect()
 }
@@ -443,7 +447,7 @@ pub fn contract(config: &HighwayConfig) -> EnvironmentSpec {
         price: fitted.price,
     });
     EnvironmentSpec {
-        id: if config.senses.is_usual() { "Highway-v0" } else { "HighwayCells-v0" }.to_owned(),
+        id: config.senses.world().to_owned(),
         sensors: sensors.collect(),
         actions: MotorAction::ALL.iter().map(|action| action.name().to_owned()).collect(),
         horizon: config.horizon,
@@ -461,5 +465,6 @@ fn features(organ: Organ) -> Vec<Feature> {
         }
         Organ::Ring => (0..infrared::SENSORS).map(near).collect(),
         Organ::Proximity(i) => vec![near(i)],
+        Organ::Truth => truth::features(CARS),
     }
 }

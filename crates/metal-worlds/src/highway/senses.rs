@@ -10,7 +10,7 @@ use metal_rl::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
 /// How the learner's sensors are cut.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Senses {
     /// The six regions of Fig. 6c and the ring as one sensor: `Highway-v0`.
@@ -18,9 +18,24 @@ pub enum Senses {
     Regions,
     /// Raw cells of the picture, and each infra-red sensor by itself.
     Cells(Grid),
+    /// One sensor, `TRUTH`, that hides nothing ([`super::truth`]): no robot's senses, but a yardstick.
+    Truth {
+        /// Price of a look at it.
+        price: f64,
+    },
 }
 
 impl Senses {
+    /// Name and version of the world that is seen like this.
+    #[must_use]
+    pub fn world(&self) -> &'static str {
+        match self {
+            Self::Regions => "Highway-v0",
+            Self::Cells(_) => "HighwayCells-v0",
+            Self::Truth { .. } => "HighwayTruth-v0",
+        }
+    }
+
     /// Whether this is the senses of `Highway-v0`.
     #[must_use]
     pub fn is_usual(&self) -> bool {
@@ -83,6 +98,8 @@ pub enum Organ {
     Ring,
     /// One infra-red sensor.
     Proximity(usize),
+    /// Everything there is to know.
+    Truth,
 }
 
 /// A sensor, its name, and what a look at it costs.
@@ -101,6 +118,7 @@ pub struct Fitted {
 pub fn organs(senses: Senses, task: &Task) -> Vec<Fitted> {
     let [.., ring] = task.prices;
     match senses {
+        Senses::Truth { price } => vec![Fitted { organ: Organ::Truth, name: "TRUTH".to_owned(), price }],
         Senses::Regions => {
             let named = |(region, price): (&Region, f64)| Fitted {
                 organ: Organ::Area(region.window()),

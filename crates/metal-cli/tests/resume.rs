@@ -151,7 +151,7 @@ fn damaged_pieces_are_named_and_done_again() {
             }
             3 => {
                 bytes[8] = 99;
-                "format 99, this program reads 1"
+                "format 99, this program reads 2"
             }
             // Whole, but of other work.
             _ => {

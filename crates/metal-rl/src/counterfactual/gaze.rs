@@ -129,7 +129,7 @@ impl Layout {
 }
 
 /// The state of a student within an episode.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gaze {
     input: Vec<f32>,
     attended: IndexSet,
@@ -149,6 +149,11 @@ impl Gaze {
             unseen: 0,
             clock: 0,
         }
+    }
+
+    /// Whether it is a gaze of this layout.
+    pub(super) fn fits(&self, layout: &Layout) -> bool {
+        self.input.len() == layout.width() && self.ages.len() == layout.slots() * layout.memory.looks
     }
 
     /// Back to the beginning of an episode.

@@ -50,7 +50,7 @@ impl Purse {
         }
         let allowance = self.allowance(iteration);
         let own = allowance.div_ceil(2);
-        self.spent += own;
+        self.spent = self.spent.saturating_add(own);
         self.test = allowance - own;
         own
     }
@@ -62,7 +62,7 @@ impl Purse {
 
     /// Pays for a test.
     pub fn pay(&mut self, steps: usize) {
-        self.spent += steps;
+        self.spent = self.spent.saturating_add(steps);
     }
 
     /// What was spent.

@@ -137,7 +137,9 @@ impl Student {
             && student.actions == shape.actions
             && student.networks.len() == config.network.ensemble
             && student.networks.iter().all(|n| n.fits(&choices))
-            && student.value.fits(&widths(config, &layout, 1));
+            && student.value.fits(&widths(config, &layout, 1))
+            && student.kept.minus(IndexSet::first(layout.slots())).is_empty()
+            && student.units.iter().all(|units| units.fits(&layout));
         if sound { Ok(student) } else { Err(frozen::foreign(NAME)) }
     }
 

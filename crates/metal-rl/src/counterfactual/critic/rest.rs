@@ -52,10 +52,9 @@ pub(super) fn thaw(critic: &mut Critic, student: &Student, bytes: &[u8]) -> Resu
 /// Whether a moment is one of such a student's.
 fn fits(moment: &Moment, student: &Student) -> bool {
     let layout = student.layout();
-    let readings = |after: &Vec<f32>| after.len() == layout.block(layout.slots() - 1).end;
     moment.gaze.fits(layout)
         && moment.gaze.attended().minus(IndexSet::first(layout.slots())).is_empty()
         && moment.full.len() == layout.width()
         && moment.action < student.actions()
-        && moment.after.iter().all(readings)
+        && moment.after.iter().all(|after| after.len() == layout.readings_of(&moment.full).len())
 }

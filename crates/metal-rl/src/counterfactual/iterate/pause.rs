@@ -67,7 +67,9 @@ impl Course<'_> {
         self.past = notes.past.iter().map(thaw).collect::<Result<_, _>>()?;
         self.judge.thaw(&self.student, &notes.judge)?;
         let mut labels = notes.window.iter().flat_map(|(_, judged)| judged);
-        let sound = notes.diary.len() == self.past.len()
+        let sound = notes.held <= notes.next
+            && notes.next <= config.iterations
+            && notes.diary.len() == self.past.len()
             && notes.window.len() <= config.window
             && labels.all(|judged| fits(judged, &self.student));
         if !sound {

@@ -1,21 +1,17 @@
 //! What is done with foreign bytes: each function may refuse them, and must not panic, hang or ask for memory without
 //! end. An ordinary test feeds the kept corpus to the same functions.
 
+#[path = "course.rs"]
+pub mod course;
+
 use metal_lab::demonstrations::{Demonstrations, Recording};
 use metal_lab::mind::{FrozenMind, Mind};
 use metal_lab::plan::{self, Plan};
 use metal_lab::task::{Prices, RawTable, TableTask, Task};
 use metal_lab::trace::{EpisodeRecord, Trace};
 use metal_recording::Replay;
-use metal_rl::counterfactual::{
-    Alone, CounterfactualConfig, CounterfactualError, CriticConfig, JudgeConfig, School, Term, iterate_term,
-};
 use metal_rl::environment::Environment;
 use metal_rl::environment::EnvironmentSpec;
-use metal_rl::observe::Unobserved;
-use metal_rl::phase::{Budget, Phase};
-use metal_rl::random::Streams;
-use metal_rl::set::IndexSet;
 use metal_studio::command::Request;
 use metal_studio::hub::{Hub, Order};
 use metal_studio::stage::Stage;
@@ -64,44 +60,6 @@ pub fn checkpoint(bytes: &[u8]) {
         let (mut values, mut support) = (vec![0.0; dims.choices], vec![0.0; dims.choices]);
         member.learner.values_and_support(&vec![0.5; dims.inputs], &mut values, &mut support);
     }
-}
-
-/// A training by counterfactual policy iteration between two iterations, with its outer checksum made right; it goes on
-/// for one more. The first byte says who judges.
-pub fn course(bytes: &[u8]) {
-    let Some((judge, course)) = bytes.split_first() else { return };
-    let mut course = course.to_vec();
-    forge(&mut course);
-    let _ = one_iteration(judge % 2 == 1, Some(course));
-}
-
-/// One iteration, from `course` on or from the beginning: where the training stands then.
-pub fn one_iteration(critic: bool, course: Option<Vec<u8>>) -> Result<Option<Vec<u8>>, CounterfactualError> {
-    let plan = every_family();
-    let build = || plan.file.environment.build().expect("a maze");
-    let (mut environment, mut validation) = (build(), build());
-    let mut members = Mind::newborn(plan, &Streams::new(1)).expect("a good plan").members;
-    let mut school = School {
-        environment: environment.as_mut(),
-        validation: validation.as_mut(),
-        members: &mut members,
-        roster: vec![0, 1],
-        scaling: plan.file.scaling,
-        workers: &Alone,
-        interrupted: &|| false,
-    };
-    let mut config = CounterfactualConfig { iterations: 9, horizon: 2, ..CounterfactualConfig::default() };
-    (config.validation_runs, config.fit.batches, config.network.hidden) = (1, 2, vec![4]);
-    if critic {
-        let hidden = vec![4];
-        let settings =
-            CriticConfig { hidden, batches: 2, capacity: 50, labels: 20, ..CriticConfig::default() };
-        config.judge = JudgeConfig::Critic(settings);
-    }
-    let lesson = Phase { budget: Budget::Steps(90), ..Phase::evaluation("attention", IndexSet::first(2), 0) };
-    let mut term = Term { course, pause: &mut || true };
-    iterate_term(&mut school, (&config, &lesson, &Streams::new(2)), &mut term, &mut Unobserved)?;
-    Ok(term.course)
 }
 
 /// A table as CSV, its target in the column `class`.

@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     put("checkpoint", "mind", &mind()?)?;
     for (judge, name) in [(0, "roll-outs"), (1, "critic")] {
-        let course = metal_fuzz::targets::one_iteration(judge == 1, None)?.unwrap_or_default();
+        let course = metal_fuzz::targets::course::one_iteration(judge == 1, None)?.unwrap_or_default();
         put("course", name, &[&[judge], &*course].concat())?;
     }
     put("csv", "words.csv", b"a,b,class\n1,red,yes\n2,blue,no\n?,red,yes\n4,,no\n")?;

@@ -1,6 +1,9 @@
 //! What is done with foreign bytes: each function may refuse them, and must not panic, hang or ask for memory without
 //! end. An ordinary test feeds the kept corpus to the same functions.
 
+#[path = "course.rs"]
+pub mod course;
+
 use metal_lab::demonstrations::{Demonstrations, Recording};
 use metal_lab::mind::{FrozenMind, Mind};
 use metal_lab::plan::{self, Plan};

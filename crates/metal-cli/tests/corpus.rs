@@ -27,6 +27,11 @@ fn no_checkpoint_that_was_found_makes_its_reader_fall() {
 }
 
 #[test]
+fn no_course_that_was_found_makes_its_reader_fall() {
+    feed(include_str!("../../../fuzz/kept/course.txt"), targets::course::course);
+}
+
+#[test]
 fn no_table_that_was_found_makes_its_reader_fall() {
     feed(include_str!("../../../fuzz/kept/csv.txt"), targets::csv);
 }

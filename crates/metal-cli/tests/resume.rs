@@ -19,6 +19,13 @@ const TINY: [&str; 4] = [
      screening_seeds = 1, screening_runs = 3, confirmed = 1 }",
 ];
 
+/// The toy where attention is learned by counterfactual policy iteration.
+const TAUGHT: [&str; 3] = [
+    "attention.acl={ counterfactual = { iterations = 8, validation_runs = 20, fit = { batches = 40 } } }",
+    "phase.attention.budget.episodes=400",
+    "evaluation.runs=12",
+];
+
 fn temporary(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&folder);
@@ -27,10 +34,15 @@ fn temporary(name: &str) -> PathBuf {
 
 /// `metal run` of the tiny toy, two trainings of it, saved after every episode.
 fn metal(out: &Path, more: &[&str]) -> Command {
+    toy(&TINY, out, more)
+}
+
+/// `metal run` of the toy with these settings, two trainings of it, saved as often as can be.
+fn toy(settings: &[&str], out: &Path, more: &[&str]) -> Command {
     let toy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../experiments/toy.toml");
     let mut command = Command::new(env!("CARGO_BIN_EXE_metal"));
     command.args(["run", toy, "--seeds", "2", "--save-every", "0", "--out"]).arg(out);
-    for assignment in TINY {
+    for assignment in settings {
         command.args(["--set", assignment]);
     }
     command.args(more).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -84,27 +96,49 @@ fn kill_after(mut child: Child, life: Duration) -> bool {
     !over
 }
 
-#[test]
-fn killed_at_any_moment_it_ends_with_the_same_bits() {
-    const KILLS: usize = 20;
-    let (whole, takes) = uninterrupted();
+/// Kills runs with these settings at random moments until so many were killed; `dead` looks at the folder after each. All
+/// must end as `whole`, which takes a while.
+fn kill_at_random(
+    (settings, name): (&[&str], &str),
+    least: usize,
+    (whole, takes): &(BTreeMap<String, Vec<u8>>, Duration),
+    mut dead: impl FnMut(&Path),
+) {
     let mut rng: Rng = Streams::new(11).stream("kills");
-    let (mut kills, mut finished) = (0, 0);
-    while kills < KILLS {
-        let out = temporary("killed");
+    let mut kills = 0;
+    while kills < least {
+        let out = temporary(name);
         loop {
             // Short lives and long ones, so that every part of the work is hit.
             let life = takes.mul_f64(rng.uniform() * 0.4);
-            let child = metal(&out, &["--resume"]).spawn().unwrap();
+            let child = toy(settings, &out, &["--resume"]).spawn().unwrap();
             if !kill_after(child, life) {
                 break;
             }
+            dead(&out);
             kills += 1;
         }
         assert!(remains(&out) == *whole, "after {kills} kills");
-        finished += 1;
     }
-    assert!(finished > 0 && kills >= KILLS);
+}
+
+#[test]
+fn killed_at_any_moment_it_ends_with_the_same_bits() {
+    kill_at_random((&TINY, "killed"), 20, uninterrupted(), |_| {});
+}
+
+#[test]
+fn killed_between_iterations_it_ends_with_the_same_bits() {
+    let out = temporary("never-killed-taught");
+    let start = Instant::now();
+    let output = toy(&TAUGHT, &out, &[]).output().unwrap();
+    assert!(output.status.success(), "{}", complaint(&output));
+    let (whole, mut underway) = ((remains(&out), start.elapsed()), 0);
+    let draft = |piece: &PathBuf| piece.to_str().unwrap().contains("attention_draft");
+    kill_at_random((&TAUGHT, "killed-taught"), 6, &whole, |out| {
+        underway += usize::from(pieces(out).iter().any(draft));
+    });
+    assert!(underway > 0, "nobody was killed while it was taught");
 }
 
 /// A run that was stopped on its way, with several pieces kept.
@@ -151,7 +185,7 @@ fn damaged_pieces_are_named_and_done_again() {
             }
             3 => {
                 bytes[8] = 99;
-                "format 99, this program reads 1"
+                "format 99, this program reads 2"
             }
             // Whole, but of other work.
             _ => {

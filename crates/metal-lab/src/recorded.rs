@@ -12,12 +12,12 @@ use crate::progress::Progress;
 use crate::registry::{EnvironmentConfig, roads_name};
 use crate::reproduce::{courses, seed_streams, tested_on};
 use crate::store::{RunCard, Store, StoreError};
-use crate::train::{RunError, Watch, classroom, learn_leg};
+use crate::train::{RunError, Stretch, Watch, classroom, learn_stretch};
 use metal_recording::{Beliefs, Recorder, Replay, Tape, TapeError, replay::Recorded};
 use metal_rl::environment::{End, Environment, EnvironmentError, EnvironmentSpec};
 use metal_rl::observe::{Observer, Step};
 use metal_rl::random::Streams;
-use metal_rl::run::{Leg, Position};
+
 use std::cell::Cell;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -261,7 +261,7 @@ impl Take<'_> {
             progress: self.progress,
         };
         let pause = &mut || enough() || self.progress.interrupted();
-        learn_leg(of, mind, streams, watch, &mut Leg { at: Position::default(), pause })?;
+        learn_stretch(of, mind, streams, watch, &mut Stretch::first(pause))?;
         drop(world.into_inner());
         tape.go_on();
         if self.progress.interrupted() { Err(RunError::Interrupted) } else { Ok(()) }

@@ -7,19 +7,19 @@ use crate::train::{RunError, Watch};
 use metal_rl::counterfactual::judge::Verdict;
 use metal_rl::counterfactual::sight::Sight;
 use metal_rl::counterfactual::{
-    CounterfactualConfig, CounterfactualError, Graduate, School, Workers, iterate,
+    CounterfactualConfig, CounterfactualError, Graduate, School, Term, Workers, iterate_term,
 };
 use metal_rl::phase::Phase;
 use metal_rl::random::Streams;
 
 /// Counterfactual policy iteration in the world of the plan; iterates are compared on validation roads, or on starts of
-/// their own where there are no roads.
+/// their own where there are no roads. A term of it.
 pub(crate) fn teach(
     plan: &Plan,
     (config, phase): (&CounterfactualConfig, &Phase),
     mind: &mut Mind,
     streams: &Streams,
-    watch: Watch<'_>,
+    (watch, term): (Watch<'_>, &mut Term<'_>),
 ) -> Result<Graduate, RunError> {
     let scenario = plan.file.environment.training_scenario();
     let mut validation = plan.environment(&scenario, Some(&Roads::Validation)).build()?;
@@ -33,7 +33,7 @@ pub(crate) fn teach(
         workers: &Pool,
         interrupted: &|| progress.interrupted(),
     };
-    iterate(&mut school, config, phase, streams, observer).map_err(RunError::from)
+    iterate_term(&mut school, (config, phase, streams), term, observer).map_err(RunError::from)
 }
 
 /// All threads there are; results come back in order, so that they do not depend on the number of threads.

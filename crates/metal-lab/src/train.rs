@@ -10,7 +10,7 @@ use crate::registry::EnvironmentConfig;
 use crate::teach::teach;
 use crate::trace::{Trace, Watcher};
 use crate::watched::{Ear, Heard, Overheard, Wheel};
-use metal_rl::counterfactual::{CounterfactualError, Iterate};
+use metal_rl::counterfactual::{CounterfactualError, Iterate, Term};
 use metal_rl::environment::{Environment, EnvironmentError};
 use metal_rl::learner::LearnerError;
 use metal_rl::member::Member;
@@ -144,7 +144,7 @@ fn train_phase_kept(
 ) -> Result<Trained, RunError> {
     let mut environment = classroom(plan, name)?;
     let progress = ledger.progress();
-    let newborn = || Draft { mind, trace: Trace::new(&plan.spec), at: Position::default(), saved: 0 };
+    let newborn = || Draft::newborn(mind, Trace::new(&plan.spec));
     let mut draft = ledger.draft(plan, name).unwrap_or_else(newborn);
     // A recording is read from its first line to its last: it cannot be begun in the middle.
     let shown = matches!(plan.file.phase[name].acting, Acting::Demonstrations(_));
@@ -153,9 +153,11 @@ fn train_phase_kept(
         let (due, ear) = (ledger.alarm(), &mut |_: &Heard<'_>| {});
         let mut observer = Watcher { trace: draft.trace, progress };
         let watch = Watch { environment: environment.as_mut(), observer: &mut observer, ear, progress };
-        let mut leg = Leg { at: draft.at, pause: &mut || divisible && (due() || progress.interrupted()) };
-        let learned = learn_leg((plan, name), &mut draft.mind, streams, watch, &mut leg)?;
-        (draft.at, draft.trace) = (leg.at, observer.trace);
+        let pause = &mut || divisible && (due() || progress.interrupted());
+        let mut stretch = Stretch { at: draft.at, course: draft.course, pause };
+        let learned = learn_stretch((plan, name), &mut draft.mind, streams, watch, &mut stretch)?;
+        (draft.at, draft.course) = (stretch.at, stretch.course);
+        draft.trace = observer.trace;
         if let Some(diary) = learned {
             break diary;
         }
@@ -207,37 +209,59 @@ pub fn learn_phase(
     streams: &Streams,
     watch: Watch<'_>,
 ) -> Result<Vec<Iterate>, RunError> {
-    let mut whole = Leg { at: Position::default(), pause: &mut || false };
-    Ok(learn_leg((plan, name), mind, streams, watch, &mut whole)?.unwrap_or_default())
+    let mut never = || false;
+    let mut whole = Stretch::first(&mut never);
+    Ok(learn_stretch((plan, name), mind, streams, watch, &mut whole)?.unwrap_or_default())
 }
 
-/// As [`learn_phase`], a leg of it. Counterfactual policy iteration knows no legs. Nothing comes back from a pause.
-pub(crate) fn learn_leg(
+/// A part of a phase: from where, and until when.
+pub(crate) struct Stretch<'a> {
+    /// Where the phase stands between two of its episodes.
+    pub at: Position,
+    /// Where it stands between two iterations, if it is one of counterfactual policy iteration.
+    pub course: Option<Vec<u8>>,
+    /// Asked between episodes, or between iterations, whether to pause.
+    pub pause: &'a mut dyn FnMut() -> bool,
+}
+
+impl<'a> Stretch<'a> {
+    /// From the beginning of the phase.
+    pub fn first(pause: &'a mut dyn FnMut() -> bool) -> Self {
+        Self { at: Position::default(), course: None, pause }
+    }
+}
+
+/// As [`learn_phase`], a part of it. Nothing comes back from a pause.
+pub(crate) fn learn_stretch(
     (plan, name): (&Plan, &str),
     mind: &mut Mind,
     streams: &Streams,
     watch: Watch<'_>,
-    leg: &mut Leg<'_>,
+    stretch: &mut Stretch<'_>,
 ) -> Result<Option<Vec<Iterate>>, RunError> {
     let row = &plan.file.phase[name];
     let phase = plan.phase(name);
     let streams = streams.child("phase").child(name);
     let lesson = Lesson { phase: &phase, scaling: plan.file.scaling, streams: &streams };
     if let Some((controller, config)) = plan.counterfactual(name) {
-        let graduate = teach(plan, (config, &phase), mind, &streams, watch)?;
+        let mut term = Term { course: stretch.course.take(), pause: &mut *stretch.pause };
+        let graduate = teach(plan, (config, &phase), mind, &streams, (watch, &mut term))?;
+        stretch.course = term.course;
         mind.students.insert(controller.to_owned(), graduate.policy);
-        return Ok(Some(graduate.diary));
+        return Ok(stretch.course.is_none().then_some(graduate.diary));
     }
+    let mut leg = Leg { at: stretch.at, pause: &mut *stretch.pause };
     let finished = if let Acting::Attention(controller) = &row.acting {
         // Taken out for the phase, so that what it learns stays with this mind.
         let mut attention = mind.take_attention(plan, controller, phase.roster, &streams)?;
-        let result = learn(&mut mind.members, Wheel::Attention(&mut attention), &lesson, watch, leg);
+        let result = learn(&mut mind.members, Wheel::Attention(&mut attention), &lesson, watch, &mut leg);
         mind.attention.insert(controller.clone(), attention);
         result?
     } else {
         let mut policy = mind.policy(plan, &row.acting, phase.roster, 0);
-        learn(&mut mind.members, Wheel::Other(policy.as_mut()), &lesson, watch, leg)?
+        learn(&mut mind.members, Wheel::Other(policy.as_mut()), &lesson, watch, &mut leg)?
     };
+    stretch.at = leg.at;
     Ok(finished.then(Vec::new))
 }
 

@@ -1,4 +1,4 @@
-//! How the time of one answer grows with components, features and sensors; the ratio within a group is the growth.
+//! How the time of one answer grows with components, features and sensors.
 
 use metal_rl::decision::{Content, DecisionDims, DecisionState, Encoding};
 use metal_rl::explore::Exploration;
@@ -29,14 +29,15 @@ fn gaussians(covariance: Covariance, cap: usize, inputs: usize) -> Result<Box<dy
     Ok(learner)
 }
 
-/// Values and supports of one learner.
+/// Values and supports of one learner, whose components or features grow.
 fn ask(group: &str, learner: &dyn Learner) -> std::io::Result<()> {
     let (dims, mut rng) = (learner.dims(), Rng::new(3));
     let states: Vec<f64> = (0..ROUND * dims.inputs).map(|_| rng.uniform()).collect();
     let (mut values, mut support) = (vec![0.0; dims.choices], vec![0.0; dims.choices]);
     let (size, of) = learner.size();
     let name = format!("{} features, {size} {of}", dims.inputs);
-    xtask::measure((group, &name), (ROUND, "state"), || {
+    let amount = if group == "components" { size } else { dims.inputs };
+    xtask::measure_growth((group, &name, amount as f64), (ROUND, "state"), || {
         for state in states.chunks_exact(dims.inputs) {
             learner.values_and_support(black_box(state), &mut values, &mut support);
         }
@@ -54,7 +55,8 @@ fn first_choice(sensors: usize) -> Result<(), Box<dyn Error>> {
     let consultable = Consultable { members, prices: vec![1.0; sensors] };
     let mut attention = Attention::new(config, learner, &dims, consultable);
     let (state, mut rng) = (DecisionState::new(&dims), Rng::new(4));
-    xtask::measure(("sensors", &format!("{sensors} sensors")), (ROUND, "choice"), || {
+    let row = ("sensors", &*format!("{sensors} sensors"), sensors as f64);
+    xtask::measure_growth(row, (ROUND, "choice"), || {
         for _ in 0..ROUND {
             let situation =
                 Situation { state: &state, advice: None, exploration: Exploration::Greedy, progress: 1.0 };
@@ -69,10 +71,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         ask("components", &*gaussians(Covariance::Diagonal, cap, 4)?)?;
     }
     for inputs in [4, 8, 16, 32, 64] {
-        ask("diagonal", &*gaussians(Covariance::Diagonal, 100, inputs)?)?;
+        ask("features, diagonal", &*gaussians(Covariance::Diagonal, 100, inputs)?)?;
     }
     for inputs in [4, 8, 16, 32] {
-        ask("full", &*gaussians(Covariance::Full, 100, inputs)?)?;
+        ask("features, full", &*gaussians(Covariance::Full, 100, inputs)?)?;
     }
     [7, 14, 28, 64].into_iter().try_for_each(first_choice)
 }

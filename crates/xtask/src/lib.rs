@@ -35,6 +35,26 @@ pub fn measure(
     tell((group, name), shortest_round_secs(work) / count as f64, what)
 }
 
+/// As [`measure`], of an `amount` that grows from row to row of the group.
+///
+/// # Errors
+/// If nobody takes the line.
+pub fn measure_growth(
+    (group, name, amount): (&str, &str, f64),
+    (count, what): (usize, &str),
+    work: impl FnMut(),
+) -> std::io::Result<()> {
+    tell_growth((group, name, amount), shortest_round_secs(work) / count as f64, what)
+}
+
+/// As [`tell`], of an `amount` that grows from row to row of the group.
+///
+/// # Errors
+/// If nobody takes the line.
+pub fn tell_growth((group, name, amount): (&str, &str, f64), secs: f64, what: &str) -> std::io::Result<()> {
+    writeln!(std::io::stdout().lock(), "{MARK}\t{group}\t{name}\t{secs:e}\t{what}\t{amount}")
+}
+
 /// Prints the line of a measurement that was made, or reckoned, elsewhere.
 ///
 /// # Errors

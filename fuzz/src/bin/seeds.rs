@@ -21,6 +21,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         put("experiment", &name, &std::fs::read(&path)?)?;
     }
     put("checkpoint", "mind", &mind()?)?;
+    for (judge, name) in [(0, "roll-outs"), (1, "critic")] {
+        let course = metal_fuzz::targets::course::one_iteration(judge == 1, None)?.unwrap_or_default();
+        put("course", name, &[&[judge], &*course].concat())?;
+    }
     put("csv", "words.csv", b"a,b,class\n1,red,yes\n2,blue,no\n?,red,yes\n4,,no\n")?;
     put("csv", "numbers.csv", b"x,class\n0.5,1\n-1e300,2\n3,1\n4,2\n5,1\n")?;
     put("demonstration", "maze.jsonl", demonstration()?.as_bytes())?;

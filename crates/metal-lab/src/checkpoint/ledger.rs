@@ -35,6 +35,7 @@ struct Underway {
     mind: FrozenMind,
     episodes: Vec<EpisodeRecord>,
     at: Position,
+    course: Option<Vec<u8>>,
     /// How often the phase was saved before.
     nth: usize,
 }
@@ -45,10 +46,19 @@ pub(crate) struct Draft {
     pub mind: Mind,
     /// What happened so far.
     pub trace: Trace,
-    /// How far it is.
+    /// How many episodes it is on its way.
     pub at: Position,
+    /// How many iterations it is on its way, with all that they left behind; only in counterfactual policy iteration.
+    pub course: Option<Vec<u8>>,
     /// How often it was saved.
     pub saved: usize,
+}
+
+impl Draft {
+    /// A phase at its beginning.
+    pub fn newborn(mind: Mind, trace: Trace) -> Self {
+        Self { mind, trace, at: Position::default(), course: None, saved: 0 }
+    }
 }
 
 impl<'a> Ledger<'a> {
@@ -148,13 +158,14 @@ impl<'a> Ledger<'a> {
             .find_map(|(piece, draft)| Some((self.thaw(plan, &piece, &draft.mind)?, draft)))?;
         let trace = Trace::of(&plan.spec, draft.episodes);
         self.progress.steps(trace.steps());
-        Some(Draft { mind, trace, at: draft.at, saved: draft.nth + 1 })
+        Some(Draft { mind, trace, at: draft.at, course: draft.course, saved: draft.nth + 1 })
     }
 
-    /// Saves the phase `name` between two episodes, beside the time before.
+    /// Saves the phase `name` between two episodes or iterations, beside the time before.
     pub(crate) fn save(&self, plan: &Plan, name: &str, draft: &Draft) -> Result<(), RunError> {
         let (mind, episodes) = (draft.mind.freeze_for(plan), draft.trace.episodes.clone());
-        let underway = Underway { mind, episodes, at: draft.at, nth: draft.saved };
+        let course = draft.course.clone();
+        let underway = Underway { mind, episodes, at: draft.at, course, nth: draft.saved };
         self.keep(&drafts(name)[draft.saved % 2], &underway)
     }
 

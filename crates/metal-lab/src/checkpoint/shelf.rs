@@ -6,7 +6,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use std::path::PathBuf;
 
 /// Version of the files; a change of what is in them raises it.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// First bytes of a piece of work.
 const MAGIC: &[u8; 8] = b"METALCKP";

@@ -21,7 +21,7 @@ pub struct Appointment {
 }
 
 /// What keeping an appointment turned out to be worth, against the student's own choice on the same state.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kept {
     /// The appointment.
     pub appointment: Appointment,

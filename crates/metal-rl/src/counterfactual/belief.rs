@@ -44,7 +44,7 @@ impl Default for BeliefConfig {
 }
 
 /// A motor step of a drive, for whoever wants to relive it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Footstep {
     /// Whether an episode begins here.
     pub first: bool,
@@ -57,7 +57,7 @@ pub struct Footstep {
 }
 
 /// A drive with its labels.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Lesson {
     /// The iteration it was driven in.
     pub iteration: usize,
@@ -65,6 +65,17 @@ pub struct Lesson {
     pub judged: Vec<Judged>,
     /// All of its motor steps; empty where nobody has a belief.
     pub trail: Vec<Footstep>,
+}
+
+impl Lesson {
+    /// Whether its trail is one of such a layout and its own labels.
+    pub(super) fn fits(&self, layout: &Layout) -> bool {
+        self.trail.iter().all(|step| {
+            step.seen.len() == layout.seen()
+                && step.action < layout.actions()
+                && step.judged.is_none_or(|at| at < self.judged.len())
+        })
+    }
 }
 
 /// The network, and the units of what it foretells.
@@ -90,7 +101,7 @@ impl Belief {
 
     /// Whether a thawed belief fits this layout.
     pub(super) fn fits(&self, layout: &Layout) -> bool {
-        self.network.fits(shape(layout))
+        self.network.fits(shape(layout)) && self.units.iter().all(|units| units.fits(layout))
     }
 
     pub(super) fn weights(&self) -> usize {

@@ -21,6 +21,8 @@ use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
+mod rest;
+
 /// Settings of the critic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -87,7 +89,7 @@ impl CriticConfig {
 
 /// What a state is worth to the student as it looked there, and what each action after any looks adds to it, each in units of its own: values are some ten times larger than
 /// advantages and would drown them.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 struct Networks {
     value: Network,
     advantage: Network,
@@ -200,6 +202,14 @@ impl Judge for Critic {
         std::mem::swap(&mut school.environment, &mut school.validation);
         self.learn_by_heart(seen?);
         Ok(())
+    }
+
+    fn freeze(&self) -> Vec<u8> {
+        rest::freeze(self)
+    }
+
+    fn thaw(&mut self, student: &Student, bytes: &[u8]) -> Result<(), LearnerError> {
+        rest::thaw(self, student, bytes)
     }
 }
 

@@ -160,7 +160,7 @@ impl Layout {
 }
 
 /// The state of a student within an episode.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gaze {
     input: Vec<f32>,
     attended: IndexSet,
@@ -185,6 +185,13 @@ impl Gaze {
             appointment: None,
             appointed: false,
         }
+    }
+
+    /// Whether it is a gaze of this layout.
+    pub(super) fn fits(&self, layout: &Layout) -> bool {
+        self.input.len() == layout.width()
+            && self.ages.len() == layout.slots() * layout.memory.looks
+            && self.appointment.is_none_or(|next| next.slot < layout.slots())
     }
 
     /// Back to the beginning of an episode.

@@ -23,6 +23,10 @@ use crate::set::IndexSet;
 use crate::view::Scaling;
 use std::collections::VecDeque;
 
+mod pause;
+
+pub use pause::Term;
+
 /// Where a student is taught.
 pub struct School<'a> {
     /// The world it drives in; it must be able to copy itself.
@@ -106,8 +110,24 @@ pub fn iterate(
     streams: &Streams,
     observer: &mut dyn Observer,
 ) -> Result<Graduate, CounterfactualError> {
+    let mut whole = Term { course: None, pause: &mut || false };
+    iterate_term(school, (config, phase, streams), &mut whole, observer)
+}
+
+/// As [`iterate`], a term of it. Terms one after the other come to the same bits as one training, if the worlds forget
+/// everything between episodes. If it pauses, the best student so far comes back.
+///
+/// # Errors
+/// As [`iterate`]; and if the course in `term` is damaged or another one.
+pub fn iterate_term(
+    school: &mut School<'_>,
+    (config, phase, streams): (&CounterfactualConfig, &Phase, &Streams),
+    term: &mut Term<'_>,
+    observer: &mut dyn Observer,
+) -> Result<Graduate, CounterfactualError> {
     let shape = student_shape(config, school.members, &school.roster, school.environment.spec())?;
     let mut course = Course {
+        next: 0,
         student: Student::new(config, &shape, &streams.child("student"))?,
         window: VecDeque::new(),
         diary: Vec::new(),
@@ -118,26 +138,33 @@ pub fn iterate(
         held: 0,
         streams: *streams,
     };
-    for iteration in 0..config.iterations {
+    if let Some(bytes) = term.course.take() {
+        course.thaw(&shape, &bytes)?;
+    }
+    while course.next < config.iterations {
         if (school.interrupted)() {
             return Err(CounterfactualError::Interrupted);
         }
-        course.iteration(school, phase, iteration, observer)?;
+        course.iteration(school, phase, course.next, observer)?;
+        course.next += 1;
         if course.is_exhausted(config.patience) {
             break;
+        }
+        if course.next < config.iterations && (term.pause)() {
+            term.course = Some(course.freeze());
+            return Ok(course.graduate(&school.roster));
         }
     }
     if config.thrifty {
         course.finals(school, phase)?;
     }
-    let best = best(&course.diary, 1.0);
-    let student = course.past.into_iter().nth(best).unwrap_or(course.student);
-    let policy = Counterfactual::new(student, school.roster.clone());
-    Ok(Graduate { policy, diary: course.diary, best })
+    Ok(course.graduate(&school.roster))
 }
 
 /// A student on its way.
 struct Course<'a> {
+    /// The next iteration, from 0.
+    next: usize,
     judge: Box<dyn Judge + 'a>,
     student: Student,
     window: VecDeque<Lesson>,
@@ -151,6 +178,13 @@ struct Course<'a> {
 }
 
 impl Course<'_> {
+    /// The best student until now.
+    fn graduate(self, roster: &[usize]) -> Graduate {
+        let best = best(&self.diary, 1.0);
+        let student = self.past.into_iter().nth(best).unwrap_or(self.student);
+        Graduate { policy: Counterfactual::new(student, roster.to_vec()), diary: self.diary, best }
+    }
+
     fn iteration(
         &mut self,
         school: &mut School<'_>,

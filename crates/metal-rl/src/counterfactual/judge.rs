@@ -2,7 +2,7 @@
 //! copies of the world; the [`Critic`] learns it from the log where there are no copies (real robots, other people's
 //! simulators).
 
-use super::appointment::Kept;
+use super::appointment::{Diary, Kept};
 use super::belief::Footstep;
 use super::critic::{Critic, CriticConfig};
 use super::iterate::{CounterfactualError, School};
@@ -10,6 +10,8 @@ use super::roll_outs::RollOuts;
 use super::sight::Sight;
 use super::student::Student;
 use crate::environment::EnvironmentError;
+use crate::learner::LearnerError;
+use crate::learners::frozen;
 use crate::member::Member;
 use crate::observe::Observer;
 use crate::phase::Phase;
@@ -21,7 +23,7 @@ use crate::view::Scaling;
 use serde::{Deserialize, Serialize};
 
 /// A sight with its labels: to learn from, through any set of looks.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
     /// The network's input as if everybody had been looked at.
     pub full: Vec<f32>,
@@ -41,7 +43,7 @@ pub struct Judged {
 }
 
 /// Appointments that could have been made at a moment, judged.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Appointed {
     /// Looks that were taken before.
     pub looks: IndexSet,
@@ -49,8 +51,16 @@ pub struct Appointed {
     pub kept: Vec<Kept>,
 }
 
+impl Appointed {
+    /// Whether all of them are in such a diary, with looks among `all`.
+    pub(super) fn fits(&self, diary: Diary, all: IndexSet) -> bool {
+        let known = |kept: &Kept| kept.appointment.slot < diary.slots && kept.appointment.wait <= diary.ahead;
+        self.looks.minus(all).is_empty() && self.kept.iter().all(known)
+    }
+}
+
 /// What it is worth to stop looking and to make the move that the student finds best then.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stop {
     /// Slots that were looked at before the move, and are remembered after it.
     pub looks: IndexSet,
@@ -132,6 +142,19 @@ pub trait Judge {
         };
         run(&mut stage, &drive.phase, &drive.streams, observer)?;
         Ok(())
+    }
+
+    /// What it carries from one drive to the next, as bytes; nothing, unless a judge says otherwise.
+    fn freeze(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    /// Takes up where it stood when it became `bytes`, as the judge of such a student.
+    ///
+    /// # Errors
+    /// If the bytes are damaged or another judge's.
+    fn thaw(&mut self, _student: &Student, bytes: &[u8]) -> Result<(), LearnerError> {
+        if bytes.is_empty() { Ok(()) } else { Err(frozen::foreign("judge")) }
     }
 }
 

@@ -10,10 +10,11 @@ use crate::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Ou
 use crate::observe::Observer;
 use crate::policies::Counterfactual;
 use crate::run::{Stage, run};
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// A motor step as it went.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moment {
     /// What the student knew when it moved.
     pub gaze: Gaze,

@@ -34,7 +34,7 @@ pub use config::{CounterfactualConfig, FitConfig, Inputs, Unit};
 pub use critic::CriticConfig;
 pub use diary::Iterate;
 pub use gaze::MemoryConfig;
-pub use iterate::{CounterfactualError, Graduate, School, iterate};
+pub use iterate::{CounterfactualError, Graduate, School, Term, iterate, iterate_term};
 pub use judge::{Alone, Judge, JudgeConfig, Judged, Workers};
 pub use roll_outs::RollOuts;
 pub use rule::{LookRule, UnknownMember};

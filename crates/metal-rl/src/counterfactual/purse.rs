@@ -2,9 +2,17 @@
 
 use super::config::CounterfactualConfig;
 use crate::phase::{Budget, Phase};
+use serde::{Deserialize, Serialize};
 
 /// What is kept for the last tests, as a share of all steps.
 const FINALS: f64 = 0.15;
+
+/// What the next iteration must know of the steps before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Spent {
+    steps: usize,
+    test: usize,
+}
 
 /// The motor steps of a phase.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +50,7 @@ impl Purse {
         }
         let allowance = self.allowance(iteration);
         let own = allowance.div_ceil(2);
-        self.spent += own;
+        self.spent = self.spent.saturating_add(own);
         self.test = allowance - own;
         own
     }
@@ -54,7 +62,17 @@ impl Purse {
 
     /// Pays for a test.
     pub fn pay(&mut self, steps: usize) {
-        self.spent += steps;
+        self.spent = self.spent.saturating_add(steps);
+    }
+
+    /// What was spent.
+    pub fn spent(&self) -> Spent {
+        Spent { steps: self.spent, test: self.test }
+    }
+
+    /// Goes on from where so much was spent.
+    pub fn set_spent(&mut self, spent: Spent) {
+        (self.spent, self.test) = (spent.steps, spent.test);
     }
 
     /// What is left for the last tests.

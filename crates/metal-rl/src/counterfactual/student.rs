@@ -146,7 +146,9 @@ impl Student {
             && student.networks.iter().all(|n| n.fits(&choices))
             && student.value.fits(&widths(config, &layout, 1))
             && student.belief.as_ref().is_none_or(|belief| belief.fits(&layout))
-            && student.belief.is_some() != layout.belief().is_empty();
+            && student.belief.is_some() != layout.belief().is_empty()
+            && student.kept.minus(IndexSet::first(layout.slots())).is_empty()
+            && student.units.iter().all(|units| units.fits(&layout));
         if sound { Ok(student) } else { Err(frozen::foreign(NAME)) }
     }
 

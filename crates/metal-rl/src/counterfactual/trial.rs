@@ -6,6 +6,7 @@ use super::student::Student;
 use crate::observe::{Observer, Step};
 use crate::phase::{Budget, Phase};
 use crate::random::Streams;
+use serde::{Deserialize, Serialize};
 
 /// What a run earned, paid and looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,7 +65,7 @@ impl Observer for Tally {
 const FADING: f64 = 0.7;
 
 /// How far runs of the same student differ, over the last trials.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Spread {
     squares: f64,
     freedom: f64,

@@ -38,6 +38,12 @@ impl Units {
         }
     }
 
+    /// Whether there is a unit for every reading.
+    pub(super) fn fits(&self, layout: &Layout) -> bool {
+        let readings = layout.readings_of(&vec![0.0; layout.width()]).len();
+        self.centres.len() == readings && self.gains.len() == readings
+    }
+
     /// Brings an input to these units: readings that were looked at, and remembered ones.
     pub fn apply(&self, layout: &Layout, input: &mut [f32]) {
         for slot in 0..layout.slots() {

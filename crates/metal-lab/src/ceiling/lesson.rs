@@ -72,7 +72,15 @@ pub(super) fn mindful(
 
 fn label(gaze: &Gaze, looks: IndexSet, advantages: &[f64], stops: Vec<Stop>) -> Judged {
     let full = gaze.input().to_vec();
-    Judged { full, clock: gaze.clock(), looks, advantages: advantages.to_vec(), value: 0.0, stops, appointments: None }
+    Judged {
+        full,
+        clock: gaze.clock(),
+        looks,
+        advantages: advantages.to_vec(),
+        value: 0.0,
+        stops,
+        appointments: None,
+    }
 }
 
 /// How an episode is looked at.

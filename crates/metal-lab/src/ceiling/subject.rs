@@ -17,7 +17,7 @@ use metal_rl::set::IndexSet;
 pub(super) const MOST_MEMBERS: usize = 10;
 
 /// What the student with a memory remembers if the recipe has none: the last look of everybody, and the last move.
-const MEMORY: MemoryConfig = MemoryConfig { looks: 1, steps: 10, actions: 1, belief: 0 };
+const MEMORY: MemoryConfig = MemoryConfig { looks: 1, steps: 10, actions: 1, recurrent: 0 };
 
 /// Iterations over which the price of looking rises, far beyond those there are: the driver has no choice of looks, and
 /// their price would only blur what its moves are worth.
@@ -139,8 +139,8 @@ impl<'a> Subject<'a> {
         match (remembers, self.recipe.memory.looks) {
             (false, _) => MemoryConfig::default(),
             (true, 0) => MEMORY,
-            // A belief is of one student's drives; universal students live many.
-            (true, _) => MemoryConfig { belief: 0, ..self.recipe.memory },
+            // A recollection is of one student's drives; universal students live many.
+            (true, _) => MemoryConfig { recurrent: 0, ..self.recipe.memory },
         }
     }
 

@@ -105,7 +105,7 @@ impl AttentionMethod {
         Self::Counterfactual(CounterfactualConfig {
             looks: LookRule::Adaptive { min_looks: 0, max_looks: 10 },
             judge: JudgeConfig::Critic(critic),
-            memory: MemoryConfig { looks: 1, steps: 8, actions: 1, belief: 0 },
+            memory: MemoryConfig { looks: 1, steps: 8, actions: 1, recurrent: 0 },
             iterations,
             gamma: 0.99,
             thrifty: true,

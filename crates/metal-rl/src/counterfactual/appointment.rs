@@ -81,7 +81,8 @@ impl Student {
     /// The appointment that the values in `scratch` call best.
     pub(super) fn preferred_appointment(&self, attended: IndexSet, scratch: &Scratch) -> Option<Appointment> {
         let worth = |a: &Appointment| scratch.values[self.actions() + self.diary().index(*a)];
-        let better = |best: Appointment, next: Appointment| if worth(&next) > worth(&best) { next } else { best };
+        let better =
+            |best: Appointment, next: Appointment| if worth(&next) > worth(&best) { next } else { best };
         self.open_appointments(attended).reduce(better)
     }
 
@@ -149,7 +150,10 @@ mod tests {
         }
         assert_eq!(student.next(&mut gaze, &mut scratch), Next::Look(1));
         gaze.look(student.layout(), 1, &[0.5]);
-        assert!(matches!(student.next(&mut gaze, &mut scratch), Next::Move(_)), "one look is all it may take");
+        assert!(
+            matches!(student.next(&mut gaze, &mut scratch), Next::Move(_)),
+            "one look is all it may take"
+        );
         assert!(gaze.has_appointed() && gaze.appointment().is_some_and(|next| next.wait > 0));
     }
 

@@ -1,8 +1,8 @@
 //! Settings of counterfactual policy iteration.
 
-use super::belief::{BeliefConfig, is_size};
 use super::gaze::MemoryConfig;
 use super::judge::JudgeConfig;
+use super::recollection::{RecollectionConfig, is_size};
 use super::rule::LookRule;
 use crate::decision::Content;
 use crate::learner::LearnerError;
@@ -158,8 +158,8 @@ pub struct CounterfactualConfig {
     pub content: Content,
     /// What the student remembers from earlier motor steps.
     pub memory: MemoryConfig,
-    /// How what it believes is learned, if its memory has a place for that.
-    pub belief: BeliefConfig,
+    /// How what it recollects is learned, if its memory has a place for that.
+    pub recollection: RecollectionConfig,
     /// The network.
     pub network: NetworkConfig,
     /// How it is fitted.
@@ -220,7 +220,7 @@ impl Default for CounterfactualConfig {
             judge: JudgeConfig::default(),
             content: Content::Readings,
             memory: MemoryConfig::default(),
-            belief: BeliefConfig::default(),
+            recollection: RecollectionConfig::default(),
             network: NetworkConfig::default(),
             fit: FitConfig::default(),
             iterations: 36,
@@ -277,7 +277,7 @@ impl CounterfactualConfig {
         self.validate_network()?;
         self.validate_fit()?;
         self.validate_looks()?;
-        self.validate_belief()?;
+        self.validate_recollection()?;
         if let JudgeConfig::Critic(critic) = &self.judge {
             critic.validate()?;
         }
@@ -336,19 +336,24 @@ impl CounterfactualConfig {
         share("fit.final_rate", fit.final_rate)
     }
 
-    fn validate_belief(&self) -> Result<(), LearnerError> {
-        let (units, belief) = (self.memory.belief, &self.belief);
-        within("memory.belief", units as f64, is_size(units), "must be a multiple of 16 up to 128")?;
+    fn validate_recollection(&self) -> Result<(), LearnerError> {
+        let (units, recollection) = (self.memory.recurrent, &self.recollection);
+        within("memory.recurrent", units as f64, is_size(units), "must be a multiple of 16 up to 128")?;
         let copies = units == 0 || self.judge == JudgeConfig::RollOuts;
-        within("memory.belief", units as f64, copies, "needs roll-outs (`judge`); a critic's log is not relived")?;
-        count("belief.batches", belief.batches, 1..=10_000_000)?;
-        count("belief.batch", belief.batch, 1..=65_536)?;
-        let rate = f64::from(belief.adam.learning_rate);
+        within(
+            "memory.recurrent",
+            units as f64,
+            copies,
+            "needs roll-outs (`judge`); a critic's log is not relived",
+        )?;
+        count("recollection.batches", recollection.batches, 1..=10_000_000)?;
+        count("recollection.batch", recollection.batch, 1..=65_536)?;
+        let rate = f64::from(recollection.adam.learning_rate);
         let positive = |x: f64| x.is_finite() && x > 0.0;
-        within("belief.adam.learning_rate", rate, positive(rate), "must be finite and above 0")?;
-        share("belief.final_rate", belief.final_rate)?;
-        let other = belief.other_looks;
-        within("belief.other_looks", other, (0.0..=1.0).contains(&other), "must be in [0, 1]")
+        within("recollection.adam.learning_rate", rate, positive(rate), "must be finite and above 0")?;
+        share("recollection.final_rate", recollection.final_rate)?;
+        let other = recollection.other_looks;
+        within("recollection.other_looks", other, (0.0..=1.0).contains(&other), "must be in [0, 1]")
     }
 
     fn validate_looks(&self) -> Result<(), LearnerError> {
@@ -428,6 +433,9 @@ mod tests {
             field(&|c| c.looks = LookRule::Adaptive { min_looks: 3, max_looks: 2 }),
             "looks.adaptive.min_looks"
         );
-        assert_eq!(field(&|c| c.memory = MemoryConfig { looks: 1, ..MemoryConfig::default() }), "memory.steps");
+        assert_eq!(
+            field(&|c| c.memory = MemoryConfig { looks: 1, ..MemoryConfig::default() }),
+            "memory.steps"
+        );
     }
 }

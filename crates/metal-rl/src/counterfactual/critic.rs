@@ -428,7 +428,15 @@ impl<'a> Desk<'a> {
         let advantages = self.advantages.iter().map(|a| a - best).collect();
         let stops = self.stops(moment, best);
         let value = base + best;
-        Judged { full: moment.full.clone(), clock: moment.gaze.clock(), looks: own, advantages, value, stops, appointments: None }
+        Judged {
+            full: moment.full.clone(),
+            clock: moment.gaze.clock(),
+            looks: own,
+            advantages,
+            value,
+            stops,
+            appointments: None,
+        }
     }
 
     /// What moving is worth after the student's own looks and after others, if that makes a difference.

@@ -2,7 +2,7 @@
 //! Written straight into the network's input.
 
 use super::appointment::Appointment;
-use super::belief::Belief;
+use super::recollection::Recollection;
 use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
@@ -16,15 +16,15 @@ pub struct MemoryConfig {
     pub steps: usize,
     /// Last motor actions that are remembered: who knows what it did since it last looked knows where that led to.
     pub actions: usize,
-    /// Units of the [`belief`](super::belief::Belief) that is carried along, a multiple of 16 up to 128; 0: none.
-    pub belief: usize,
+    /// Units of the [`recollection`](super::recollection::Recollection) that is carried along, a multiple of 16 up to 128; 0: none.
+    pub recurrent: usize,
 }
 
 impl MemoryConfig {
     /// Whether looks are remembered at all.
     #[must_use]
     pub fn remembers(self) -> bool {
-        self.looks > 0 || self.belief > 0
+        self.looks > 0 || self.recurrent > 0
     }
 }
 
@@ -61,14 +61,14 @@ impl Layout {
     /// Length of the input.
     #[must_use]
     pub fn width(&self) -> usize {
-        self.belief().end
+        self.recollection().end
     }
 
-    /// Where the belief lies; empty: there is none.
+    /// Where what is recollected lies; empty: there is none.
     #[must_use]
-    pub fn belief(&self) -> std::ops::Range<usize> {
+    pub fn recollection(&self) -> std::ops::Range<usize> {
         let start = self.unseen_at() + usize::from(self.memory.looks > 0);
-        start..start + self.memory.belief
+        start..start + self.memory.recurrent
     }
 
     /// Length of what is seen in a motor step, with which an input begins: readings, and which of them were looked at.
@@ -258,12 +258,12 @@ impl Gaze {
         self.attended = self.attended.with(slot);
     }
 
-    /// What is believed changes with what was seen and done in this motor step.
-    pub(super) fn believe(&mut self, layout: &Layout, belief: &Belief, action: usize) {
-        belief.turn(layout, action, &mut self.input);
+    /// What is recollected changes with what was seen and done in this motor step.
+    pub(super) fn recollect(&mut self, layout: &Layout, recollection: &Recollection, action: usize) {
+        recollection.turn(layout, action, &mut self.input);
     }
 
-    /// A motor step is over: its readings become memories, and nothing of the next one is seen yet. What is believed is
+    /// A motor step is over: its readings become memories, and nothing of the next one is seen yet. What is recollected is
     /// left to [`Student::advance`](super::student::Student::advance).
     pub fn advance(&mut self, layout: &Layout, action: usize) {
         for slot in 0..layout.slots() {
@@ -330,7 +330,7 @@ mod tests {
     use super::*;
 
     fn layout(looks: usize, steps: usize) -> Layout {
-        Layout::new(&[2, 1], MemoryConfig { looks, steps, actions: 1, belief: 0 }, 3)
+        Layout::new(&[2, 1], MemoryConfig { looks, steps, actions: 1, recurrent: 0 }, 3)
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! The iterations: drive, judge, fit, test on a validation stream, and keep the best student.
 
 use super::config::{CounterfactualConfig, Inputs};
-use super::belief::Lesson;
 use super::diary::{Iterate, best, finalists};
 use super::fit::{fit, scale};
 use super::judge::{Drive, Judge, Judged, Labels, Workers};
 use super::purse::Purse;
+use super::recollection::Lesson;
 use super::rule::{LookRule, UnknownMember};
 use super::student::{Student, StudentShape};
 use super::trial::{Spread, Tally, trial};
@@ -205,7 +205,7 @@ impl Course<'_> {
         let Labels { judged, trail, rolled_steps } = self.judge.labels(school, &drive, observer)?;
         let idle = idle(&judged);
         self.remember(Lesson { iteration, judged, trail }, config.window);
-        self.student.learn_belief(self.window.iter_mut(), &streams);
+        self.student.learn_recollection(self.window.iter_mut(), &streams);
         let data: Vec<&Judged> = self.window.iter().flat_map(|lesson| &lesson.judged).collect();
         if data.is_empty() {
             return Ok(());

@@ -3,9 +3,9 @@
 //! simulators).
 
 use super::appointment::{Diary, Kept};
-use super::belief::Footstep;
 use super::critic::{Critic, CriticConfig};
 use super::iterate::{CounterfactualError, School};
+use super::recollection::Footstep;
 use super::roll_outs::RollOuts;
 use super::sight::Sight;
 use super::student::Student;
@@ -101,7 +101,7 @@ pub struct Drive<'a> {
 pub struct Labels {
     /// Moments with what every move was worth.
     pub judged: Vec<Judged>,
-    /// All motor steps of the drive, if the student has a belief that is to learn from them.
+    /// All motor steps of the drive, if the student has a recollection that is to learn from them.
     pub trail: Vec<Footstep>,
     /// Motor steps in copies of the world.
     pub rolled_steps: usize,

@@ -11,7 +11,6 @@
 //! a static combination) of sensors", on which its Phase III (see [`crate::policies::attention`]) stays open.
 
 pub mod appointment;
-pub mod belief;
 pub mod config;
 pub mod critic;
 pub mod diary;
@@ -22,6 +21,7 @@ pub mod iterate;
 pub mod judge;
 pub mod log;
 mod purse;
+pub mod recollection;
 pub mod roll_outs;
 pub mod rule;
 pub mod sight;
@@ -29,13 +29,13 @@ pub mod student;
 mod trial;
 mod units;
 
-pub use belief::BeliefConfig;
 pub use config::{CounterfactualConfig, FitConfig, Inputs, Unit};
 pub use critic::CriticConfig;
 pub use diary::Iterate;
 pub use gaze::MemoryConfig;
 pub use iterate::{CounterfactualError, Graduate, School, Term, iterate, iterate_term};
 pub use judge::{Alone, Judge, JudgeConfig, Judged, Workers};
+pub use recollection::RecollectionConfig;
 pub use roll_outs::RollOuts;
 pub use rule::{LookRule, UnknownMember};
 pub use student::{Student, StudentShape};

@@ -84,9 +84,7 @@ impl LookRule {
             Self::Adaptive { min_looks, max_looks } => {
                 Rule::Adaptive { min_looks: *min_looks, max_looks: *max_looks }
             }
-            Self::Appointed { max_looks, ahead } => {
-                Rule::Appointed { max_looks: *max_looks, ahead: *ahead }
-            }
+            Self::Appointed { max_looks, ahead } => Rule::Appointed { max_looks: *max_looks, ahead: *ahead },
             Self::Fixed(members) => Rule::Scheduled { slots: slots(members, roster)?, every: 1 },
             Self::Every { steps, members } => {
                 Rule::Scheduled { slots: slots(members, roster)?, every: *steps }

@@ -1,10 +1,10 @@
 //! Sights: moments of the student's own drives, with a copy of the world as it stood. Gathered by the one loop itself,
 //! through a world and a policy that take notes.
 
-use super::belief::Footstep;
 use super::gaze::Gaze;
 use super::iterate::School;
 use super::judge::Drive;
+use super::recollection::Footstep;
 use crate::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use crate::observe::Observer;
 use crate::policies::Counterfactual;
@@ -115,7 +115,7 @@ impl Environment for Track<'_> {
 }
 
 /// Lets the student drive, and returns the share of moments that is to be judged, evenly spread, and the trail of all motor
-/// steps if the student has a belief; none if the world cannot be copied.
+/// steps if the student has a recollection; none if the world cannot be copied.
 ///
 /// # Errors
 /// If the world fails.
@@ -136,7 +136,7 @@ pub fn gather(
         steps: 0,
         streams: drive.streams.child("sights"),
         sights: Vec::new(),
-        seen: drive.student.belief().map(|_| drive.student.layout().seen()),
+        seen: drive.student.recollection().map(|_| drive.student.layout().seen()),
         trail: Vec::new(),
         stuck: false,
     };

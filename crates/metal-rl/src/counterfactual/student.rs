@@ -1,9 +1,9 @@
 //! The student: what every move, and every look, is worth for any set of readings. Eqs. (8, 9).
 
 use super::appointment::Diary;
-use super::belief::{Belief, Lesson};
 use super::config::{CounterfactualConfig, NAME};
 use super::gaze::{Gaze, Layout};
+use super::recollection::{Lesson, Recollection};
 use super::rule::Rule;
 use super::units::Units;
 use crate::learner::LearnerError;
@@ -68,7 +68,7 @@ pub struct Student {
     wide_eyed: bool,
     kept: IndexSet,
     units: Option<Units>,
-    belief: Option<Belief>,
+    recollection: Option<Recollection>,
 }
 
 /// Working memory for one student at a time.
@@ -100,9 +100,9 @@ impl Student {
         };
         let choices = outputs(shape.actions, &layout, shape.rule);
         let nth = |i: usize| network(choices, &streams.nth(i as u64));
-        let believes = !layout.belief().is_empty();
-        let belief =
-            believes.then(|| Belief::new(&layout, &config.belief, &mut streams.stream("belief")));
+        let recollects = !layout.recollection().is_empty();
+        let recollection = recollects
+            .then(|| Recollection::new(&layout, &config.recollection, &mut streams.stream("recollection")));
         Ok(Self {
             networks: (0..net.ensemble).map(nth).collect(),
             value: network(1, &streams.child("value")),
@@ -115,7 +115,7 @@ impl Student {
             wide_eyed: false,
             kept: IndexSet::first(shape.blocks.len()),
             units: None,
-            belief,
+            recollection,
         })
     }
 
@@ -145,8 +145,8 @@ impl Student {
             && student.networks.len() == config.network.ensemble
             && student.networks.iter().all(|n| n.fits(&choices))
             && student.value.fits(&widths(config, &layout, 1))
-            && student.belief.as_ref().is_none_or(|belief| belief.fits(&layout))
-            && student.belief.is_some() != layout.belief().is_empty()
+            && student.recollection.as_ref().is_none_or(|recollection| recollection.fits(&layout))
+            && student.recollection.is_some() != layout.recollection().is_empty()
             && student.kept.minus(IndexSet::first(layout.slots())).is_empty()
             && student.units.iter().all(|units| units.fits(&layout));
         if sound { Ok(student) } else { Err(frozen::foreign(NAME)) }
@@ -192,34 +192,34 @@ impl Student {
     #[must_use]
     pub fn weights(&self) -> usize {
         let networks: usize = self.networks.iter().chain([&self.value]).map(Network::weights).sum();
-        networks + self.belief.as_ref().map_or(0, Belief::weights)
+        networks + self.recollection.as_ref().map_or(0, Recollection::weights)
     }
 
     /// What it carries along from motor step to motor step, if anything.
     #[must_use]
-    pub fn belief(&self) -> Option<&Belief> {
-        self.belief.as_ref()
+    pub fn recollection(&self) -> Option<&Recollection> {
+        self.recollection.as_ref()
     }
 
-    /// A motor step is over: what was seen is remembered, and what is believed changes.
+    /// A motor step is over: what was seen is remembered, and what is recollected changes.
     pub fn advance(&self, gaze: &mut Gaze, action: usize) {
-        if let Some(belief) = &self.belief {
-            gaze.believe(&self.layout, belief, action);
+        if let Some(recollection) = &self.recollection {
+            gaze.recollect(&self.layout, recollection, action);
         }
         gaze.advance(&self.layout, action);
     }
 
-    /// The belief learns from drives, and their labels are brought to what is believed now.
-    pub(super) fn learn_belief<'l>(
+    /// The recollection learns from drives, and their labels are brought to what is recollected now.
+    pub(super) fn learn_recollection<'l>(
         &mut self,
         lessons: impl Iterator<Item = &'l mut Lesson>,
         streams: &Streams,
     ) {
-        let Some(belief) = &mut self.belief else { return };
+        let Some(recollection) = &mut self.recollection else { return };
         let lessons: Vec<&mut Lesson> = lessons.collect();
         let seen = lessons.iter().map(|lesson| &**lesson);
-        belief.learn((&self.layout, &self.config.belief), seen, self.kept, streams);
-        lessons.into_iter().for_each(|lesson| belief.relive(&self.layout, lesson));
+        recollection.learn((&self.layout, &self.config.recollection), seen, self.kept, streams);
+        lessons.into_iter().for_each(|lesson| recollection.relive(&self.layout, lesson));
     }
 
     pub(super) fn networks_mut(&mut self) -> &mut [Network] {

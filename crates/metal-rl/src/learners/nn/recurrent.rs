@@ -148,7 +148,8 @@ impl Recurrent {
     /// Whether a thawed network has this shape.
     #[must_use]
     pub(crate) fn fits(&self, (inputs, units, outputs): (usize, usize, usize)) -> bool {
-        let shapes = [(&self.input, inputs, 3 * units), (&self.state, units, 3 * units), (&self.head, units, outputs)];
+        let shapes =
+            [(&self.input, inputs, 3 * units), (&self.state, units, 3 * units), (&self.head, units, outputs)];
         self.units == units
             && shapes.iter().all(|(l, n, m)| (l.inputs, l.outputs) == (*n, *m) && l.is_sound())
     }
@@ -217,7 +218,13 @@ impl Recurrent {
             let (before, after) = work.states.split_at_mut((t + 1) * batch.count * width);
             let before = &before[t * batch.count * width..];
             let recalled = &mut work.state_sums[..batch.count * blocks];
-            kernels::affine_batch(&self.state.weights, self.units, before.as_flattened(), self.units, recalled);
+            kernels::affine_batch(
+                &self.state.weights,
+                self.units,
+                before.as_flattened(),
+                self.units,
+                recalled,
+            );
             for s in 0..batch.count {
                 let place = s * blocks..(s + 1) * blocks;
                 let (input, recalled) = (&input[place.clone()], &recalled[place]);
@@ -327,8 +334,7 @@ impl Deltas {
     /// From the derivative `carried` with respect to the state after.
     fn of(g: &Gates, state: &Row, carried: &Row) -> Self {
         let lanes = |f: &dyn Fn(usize) -> f32| -> Row { std::array::from_fn(f) };
-        let update =
-            lanes(&|l| carried[l] * (g.candidate[l] - state[l]) * gate_slope(g.update[l]));
+        let update = lanes(&|l| carried[l] * (g.candidate[l] - state[l]) * gate_slope(g.update[l]));
         let candidate = lanes(&|l| carried[l] * g.update[l] * soft_slope(g.candidate[l]));
         let reset = lanes(&|l| candidate[l] * g.recalled[l] * gate_slope(g.reset[l]));
         let recalled = lanes(&|l| candidate[l] * g.reset[l]);
@@ -435,7 +441,10 @@ mod tests {
                 };
                 let difference = (at(1e-2) - at(-1e-2)) / 2e-2;
                 let slope = f64::from(gradient[row][lane]);
-                assert!((difference - slope).abs() < 2e-4 + 0.02 * slope.abs(), "layer {l}: {difference} {slope}");
+                assert!(
+                    (difference - slope).abs() < 2e-4 + 0.02 * slope.abs(),
+                    "layer {l}: {difference} {slope}"
+                );
             }
         }
     }
@@ -456,7 +465,12 @@ mod tests {
                 let last = ((times - 1) * count + s) * 2;
                 (targets[last], weights[last]) = (told, 1.0);
             }
-            losses.push(network.train(&Sequences { count, inputs: &inputs, targets: &targets, weights: &weights }));
+            losses.push(network.train(&Sequences {
+                count,
+                inputs: &inputs,
+                targets: &targets,
+                weights: &weights,
+            }));
         }
         let mean = |losses: &[f64]| losses.iter().sum::<f64>() / losses.len() as f64;
         assert!(mean(&losses[..20]) > 0.4, "a guess is off by half: {}", mean(&losses[..20]));

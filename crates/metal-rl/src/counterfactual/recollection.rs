@@ -1,4 +1,4 @@
-//! Belief: what the student makes of everything it has looked at and done so far in an episode (Sec. 7, "expanding
+//! Recollection: what the student makes of everything it has looked at and done so far in an episode (Sec. 7, "expanding
 //! attention control to the past observations").
 //!
 //! A recurrent network carries it along. It learns to foretell what *all* sensors would show, on the student's own drives,
@@ -15,10 +15,10 @@ use crate::random::{Rng, Streams};
 use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
-/// How the belief is learned; its size is [`belief`](super::gaze::MemoryConfig::belief).
+/// How the recollection is learned; its size is [`recollection`](super::gaze::MemoryConfig::recurrent).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct BeliefConfig {
+pub struct RecollectionConfig {
     /// Training steps per iteration.
     pub batches: usize,
     /// Episodes per training step.
@@ -31,7 +31,7 @@ pub struct BeliefConfig {
     pub other_looks: f64,
 }
 
-impl Default for BeliefConfig {
+impl Default for RecollectionConfig {
     fn default() -> Self {
         Self {
             batches: 100,
@@ -63,7 +63,7 @@ pub struct Lesson {
     pub iteration: usize,
     /// Labels of its judged moments.
     pub judged: Vec<Judged>,
-    /// All of its motor steps; empty where nobody has a belief.
+    /// All of its motor steps; empty where nobody has a recollection.
     pub trail: Vec<Footstep>,
 }
 
@@ -80,26 +80,26 @@ impl Lesson {
 
 /// The network, and the units of what it foretells.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Belief {
+pub struct Recollection {
     network: Recurrent,
     units: Option<Units>,
 }
 
-/// Numbers of a belief's input that fit on the stack.
+/// Numbers of a recollection's input that fit on the stack.
 const STACK: usize = 512;
 
 fn shape(layout: &Layout) -> (usize, usize, usize) {
     let seen = layout.seen();
-    (seen + layout.actions(), layout.belief().len(), seen - layout.slots())
+    (seen + layout.actions(), layout.recollection().len(), seen - layout.slots())
 }
 
-impl Belief {
-    /// A newborn belief for a layout that has a place for it.
-    pub(super) fn new(layout: &Layout, config: &BeliefConfig, rng: &mut Rng) -> Self {
+impl Recollection {
+    /// A newborn recollection for a layout that has a place for it.
+    pub(super) fn new(layout: &Layout, config: &RecollectionConfig, rng: &mut Rng) -> Self {
         Self { network: Recurrent::new(shape(layout), config.adam, rng), units: None }
     }
 
-    /// Whether a thawed belief fits this layout.
+    /// Whether a thawed recollection fits this layout.
     pub(super) fn fits(&self, layout: &Layout) -> bool {
         self.network.fits(shape(layout)) && self.units.iter().all(|units| units.fits(layout))
     }
@@ -108,7 +108,7 @@ impl Belief {
         self.network.weights()
     }
 
-    /// What is believed after `action`, in place, where `input` holds what was seen before it and what was believed
+    /// What is recollected after `action`, in place, where `input` holds what was seen before it and what was recollected
     /// until then.
     pub(super) fn turn(&self, layout: &Layout, action: usize, input: &mut [f32]) {
         let seen = layout.seen();
@@ -124,12 +124,12 @@ impl Belief {
         let seen = layout.seen();
         lived[..seen].copy_from_slice(&input[..seen]);
         lived[seen + action] = 1.0;
-        self.network.step(lived, &mut input[layout.belief()]);
+        self.network.step(lived, &mut input[layout.recollection()]);
     }
 
-    /// What every sensor would show now, in the members' units, if `input` holds what is believed.
+    /// What every sensor would show now, in the members' units, if `input` holds what is recollected.
     pub fn foretell(&self, layout: &Layout, input: &[f32], out: &mut [f32]) {
-        self.network.foretell(&input[layout.belief()], out);
+        self.network.foretell(&input[layout.recollection()], out);
         if let Some(units) = &self.units {
             units.undo(out);
         }
@@ -138,7 +138,7 @@ impl Belief {
     /// Learns from drives; returns the mean loss over the last half of the training steps.
     pub(super) fn learn<'l>(
         &mut self,
-        (layout, config): (&Layout, &BeliefConfig),
+        (layout, config): (&Layout, &RecollectionConfig),
         lessons: impl Iterator<Item = &'l Lesson> + Clone,
         kept: IndexSet,
         streams: &Streams,
@@ -149,7 +149,7 @@ impl Belief {
         if episodes.is_empty() {
             return 0.0;
         }
-        let mut page = Page::new(layout, units, kept, streams.stream("belief"));
+        let mut page = Page::new(layout, units, kept, streams.stream("recollection"));
         let (mut sum, mut count) = (0.0, 0.0);
         for batch in 0..config.batches {
             let progress = batch as f64 / config.batches as f64;
@@ -165,15 +165,15 @@ impl Belief {
         sum / f64::max(count, 1.0)
     }
 
-    /// Relives a drive: what its judged moments would have been believed at, by what is known now.
+    /// Relives a drive: what its judged moments would have been recollected at, by what is known now.
     pub(super) fn relive(&self, layout: &Layout, lesson: &mut Lesson) {
         let mut input = vec![0.0; layout.width()];
         for step in &lesson.trail {
             if step.first {
-                input[layout.belief()].fill(0.0);
+                input[layout.recollection()].fill(0.0);
             }
             if let Some(judged) = step.judged.and_then(|at| lesson.judged.get_mut(at)) {
-                judged.full[layout.belief()].copy_from_slice(&input[layout.belief()]);
+                judged.full[layout.recollection()].copy_from_slice(&input[layout.recollection()]);
             }
             input[..layout.seen()].copy_from_slice(&step.seen);
             self.turn(layout, step.action, &mut input);
@@ -224,7 +224,7 @@ impl<'a> Page<'a> {
     }
 
     /// Draws episodes and writes them down.
-    fn fill(&mut self, episodes: &[Episode<'_>], config: &BeliefConfig) {
+    fn fill(&mut self, episodes: &[Episode<'_>], config: &RecollectionConfig) {
         let drawn: Vec<Episode<'_>> =
             (0..config.batch).map(|_| episodes[self.rng.below(episodes.len())]).collect();
         let times = drawn.iter().map(|e| e.steps.len()).max().unwrap_or(0);
@@ -274,7 +274,7 @@ fn some(among: IndexSet, rng: &mut Rng) -> IndexSet {
     looks
 }
 
-/// Whether a belief may have so many units.
+/// Whether a recollection may have so many units.
 pub(super) fn is_size(units: usize) -> bool {
     units.is_multiple_of(LANES) && units <= crate::learners::nn::recurrent::MOST_UNITS
 }
@@ -285,11 +285,11 @@ mod tests {
     use crate::counterfactual::gaze::{Gaze, MemoryConfig};
 
     fn layout() -> Layout {
-        Layout::new(&[1, 1], MemoryConfig { belief: 16, ..MemoryConfig::default() }, 2)
+        Layout::new(&[1, 1], MemoryConfig { recurrent: 16, ..MemoryConfig::default() }, 2)
     }
 
-    fn newborn(layout: &Layout) -> Belief {
-        Belief::new(layout, &BeliefConfig::default(), &mut Streams::new(4).stream("belief"))
+    fn newborn(layout: &Layout) -> Recollection {
+        Recollection::new(layout, &RecollectionConfig::default(), &mut Streams::new(4).stream("recollection"))
     }
 
     /// Episodes of eight steps on a line: action 1 goes up by a tenth, action 0 down. Slot 0 shows the place, slot 1
@@ -324,13 +324,13 @@ mod tests {
         Lesson { iteration: 0, judged, trail }
     }
 
-    /// Root mean square of what `belief` foretells of slot 0 in the last steps of `lesson`, against what it shows.
-    fn error(belief: &Belief, layout: &Layout, lesson: &mut Lesson) -> f64 {
-        belief.relive(layout, lesson);
+    /// Root mean square of what `recollection` foretells of slot 0 in the last steps of `lesson`, against what it shows.
+    fn error(recollection: &Recollection, layout: &Layout, lesson: &mut Lesson) -> f64 {
+        recollection.relive(layout, lesson);
         let last: Vec<&Judged> = lesson.judged.iter().filter(|j| j.clock == 7).collect();
         let square = |judged: &&Judged| {
             let mut told = [0.0; 2];
-            belief.foretell(layout, &judged.full, &mut told);
+            recollection.foretell(layout, &judged.full, &mut told);
             f64::from(told[0] - judged.full[0]).powi(2)
         };
         (last.iter().map(square).sum::<f64>() / last.len() as f64).sqrt()
@@ -338,27 +338,28 @@ mod tests {
 
     #[test]
     fn who_knows_where_it_was_and_what_it_did_knows_where_it_is() {
-        let (layout, config) = (layout(), BeliefConfig { batches: 1500, ..BeliefConfig::default() });
+        let (layout, config) =
+            (layout(), RecollectionConfig { batches: 1500, ..RecollectionConfig::default() });
         let (lesson, mut fresh) = (drive(&layout, 200, 1), drive(&layout, 100, 2));
-        let mut belief = newborn(&layout);
-        belief.learn((&layout, &config), [&lesson].into_iter(), IndexSet::first(2), &Streams::new(3));
+        let mut recollection = newborn(&layout);
+        recollection.learn((&layout, &config), [&lesson].into_iter(), IndexSet::first(2), &Streams::new(3));
         // After seven random moves the place is spread by 0.26.
-        let after = error(&belief, &layout, &mut fresh);
+        let after = error(&recollection, &layout, &mut fresh);
         assert!(after < 0.06, "{after}");
     }
 
     #[test]
-    fn what_was_not_looked_at_is_not_believed() {
+    fn what_was_not_looked_at_is_not_recollected() {
         let layout = layout();
-        let belief = newborn(&layout);
+        let recollection = newborn(&layout);
         let turned = |looks: IndexSet, hidden: f64| {
             let mut all = Gaze::new(&layout);
             all.look(&layout, 0, &[0.3]);
             all.look(&layout, 1, &[hidden]);
             let mut gaze = Gaze::new(&layout);
             gaze.see_through(&layout, all.input(), looks);
-            gaze.believe(&layout, &belief, 1);
-            gaze.input()[layout.belief()].to_vec()
+            gaze.recollect(&layout, &recollection, 1);
+            gaze.input()[layout.recollection()].to_vec()
         };
         let first = IndexSet::EMPTY.with(0);
         assert_eq!(turned(first, 0.1), turned(first, 0.9));
@@ -369,7 +370,7 @@ mod tests {
     #[test]
     fn a_drive_is_relived_as_it_was_lived() {
         let layout = layout();
-        let belief = newborn(&layout);
+        let recollection = newborn(&layout);
         let mut lesson = drive(&layout, 2, 7);
         let mut gaze = Gaze::new(&layout);
         let mut lived = Vec::new();
@@ -377,16 +378,16 @@ mod tests {
             if step.first {
                 gaze.reset();
             }
-            lived.push(gaze.input()[layout.belief()].to_vec());
+            lived.push(gaze.input()[layout.recollection()].to_vec());
             if step.first {
                 gaze.look(&layout, 0, &[f64::from(step.seen[0])]);
             }
-            gaze.believe(&layout, &belief, step.action);
+            gaze.recollect(&layout, &recollection, step.action);
             gaze.advance(&layout, step.action);
         }
-        belief.relive(&layout, &mut lesson);
+        recollection.relive(&layout, &mut lesson);
         for (judged, lived) in lesson.judged.iter().zip(&lived) {
-            assert_eq!(&judged.full[layout.belief()], &lived[..]);
+            assert_eq!(&judged.full[layout.recollection()], &lived[..]);
         }
         assert!(lived[8].iter().all(|&x| x == 0.0), "a new episode begins with nothing");
     }

@@ -157,6 +157,9 @@ pub struct CounterfactualConfig {
     pub content: Content,
     /// What the student remembers from earlier motor steps.
     pub memory: MemoryConfig,
+    /// Whether a student that learns in an imagined world is told what the model behind it believes after each look (see
+    /// [`Believer`](super::Believer)), where there is such a model.
+    pub belief: bool,
     /// The network.
     pub network: NetworkConfig,
     /// How it is fitted.
@@ -217,6 +220,7 @@ impl Default for CounterfactualConfig {
             judge: JudgeConfig::default(),
             content: Content::Readings,
             memory: MemoryConfig::default(),
+            belief: false,
             network: NetworkConfig::default(),
             fit: FitConfig::default(),
             iterations: 36,

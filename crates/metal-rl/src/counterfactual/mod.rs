@@ -10,6 +10,7 @@
 //! Not in the paper: it answers the question of the paper's introduction, whether attention beats "a fixed subset (or
 //! a static combination) of sensors", on which its Phase III (see [`crate::policies::attention`]) stays open.
 
+mod believer;
 pub mod config;
 pub mod critic;
 pub mod diary;
@@ -27,6 +28,7 @@ pub mod student;
 mod trial;
 mod units;
 
+pub use believer::Believer;
 pub use config::{CounterfactualConfig, FitConfig, Inputs, Unit};
 pub use critic::CriticConfig;
 pub use diary::Iterate;

@@ -1,5 +1,6 @@
 //! The student: what every move, and every look, is worth for any set of readings. Eqs. (8, 9).
 
+use super::believer::{Believer, Thoughts};
 use super::config::{CounterfactualConfig, NAME};
 use super::gaze::{Gaze, Layout};
 use super::rule::Rule;
@@ -66,6 +67,8 @@ pub struct Student {
     wide_eyed: bool,
     kept: IndexSet,
     units: Option<Units>,
+    #[serde(default)]
+    believer: Option<Box<Believer>>,
 }
 
 /// Working memory for one student at a time.
@@ -74,6 +77,7 @@ pub struct Scratch {
     seen: Vec<f32>,
     raw: Vec<f32>,
     squares: Vec<f64>,
+    pub(super) thoughts: Thoughts,
     /// Values in units of reward, in the order of [`Student`]'s outputs.
     pub values: Vec<f64>,
 }
@@ -109,6 +113,7 @@ impl Student {
             wide_eyed: false,
             kept: IndexSet::first(shape.blocks.len()),
             units: None,
+            believer: None,
         })
     }
 
@@ -137,7 +142,8 @@ impl Student {
             && student.actions == shape.actions
             && student.networks.len() == config.network.ensemble
             && student.networks.iter().all(|n| n.fits(&choices))
-            && student.value.fits(&widths(config, &layout, 1));
+            && student.value.fits(&widths(config, &layout, 1))
+            && student.believer.as_ref().is_none_or(|b| b.fits(&layout, shape.actions));
         if sound { Ok(student) } else { Err(frozen::foreign(NAME)) }
     }
 
@@ -180,7 +186,23 @@ impl Student {
     /// Number of weights of all networks.
     #[must_use]
     pub fn weights(&self) -> usize {
-        self.networks.iter().chain([&self.value]).map(Network::weights).sum()
+        match &self.believer {
+            Some(believer) => believer.weights(),
+            None => self.networks.iter().chain([&self.value]).map(Network::weights).sum(),
+        }
+    }
+
+    /// From now on it is told what a model believes, and values looks by that alone.
+    pub fn believe(&mut self, believer: Believer) {
+        self.believer = Some(Box::new(believer));
+    }
+
+    pub(super) fn believer(&self) -> Option<&Believer> {
+        self.believer.as_deref()
+    }
+
+    pub(super) fn believer_mut(&mut self) -> Option<&mut Believer> {
+        self.believer.as_deref_mut()
     }
 
     pub(super) fn networks_mut(&mut self) -> &mut [Network] {
@@ -256,12 +278,16 @@ impl Student {
             seen: vec![0.0; self.layout.width()],
             raw: vec![0.0; outputs],
             squares: vec![0.0; outputs],
+            thoughts: Thoughts::default(),
             values: vec![0.0; outputs],
         }
     }
 
     /// All values for a network input, into `scratch.values`.
     pub fn evaluate(&self, input: &[f32], scratch: &mut Scratch) {
+        if let Some(believer) = &self.believer {
+            return believer.evaluate(self, input, scratch);
+        }
         let n = self.networks.len() as f64;
         scratch.seen.copy_from_slice(input);
         if let Some(units) = &self.units {

@@ -1,0 +1,320 @@
+//! A student that is told what a model believes ([`Belief`]) instead of what was seen. The model decides on moves and
+//! knows what moving now is worth; only looks are learned.
+//!
+//! One small network values every look from what the model says of it, so whatever is learned of one sensor holds for
+//! all of them. Its targets are expectations of the model, not outcomes: they have no noise but that of the readings.
+
+use super::config::CounterfactualConfig;
+use super::gaze::{Layout, MemoryConfig};
+use super::iterate::School;
+use super::judge::Judged;
+use super::student::{Scratch, Student, StudentShape};
+use crate::belief::{Belief, Opinion};
+use crate::decision::Content;
+use crate::learners::nn::{Activation, Adam, Batch, Network};
+use crate::num;
+use crate::random::{Rng, Streams};
+use crate::set::IndexSet;
+use serde::{Deserialize, Serialize};
+
+/// What is said of a look, and of the moment.
+const OF_A_LOOK: usize = 5;
+const OF_THE_MOMENT: usize = 11;
+/// Widths of the hidden layers.
+const HIDDEN: [usize; 2] = [32, 32];
+/// Best looks by which a moment is described.
+const BEST: usize = 3;
+/// Share of labels for the look that the student would take itself; the others are for any look.
+const PREFERRED: f64 = 0.5;
+
+/// A model, and what looks are worth by what it says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Believer {
+    belief: Belief,
+    scorer: Network,
+}
+
+/// Working memory.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Thoughts {
+    opinion: Opinion,
+    input: Vec<f32>,
+    gains: Vec<f64>,
+}
+
+impl Believer {
+    /// A newborn believer in `belief`.
+    #[must_use]
+    pub fn new(belief: Belief, (activation, adam): (Activation, Adam), streams: &Streams) -> Self {
+        let widths = [OF_A_LOOK + OF_THE_MOMENT, HIDDEN[0], HIDDEN[1], 1];
+        let scorer = Network::new(&widths, activation, adam, &mut streams.stream("weights"));
+        Self { belief, scorer }
+    }
+
+    /// Whether its model is of these sensors and so many motor actions.
+    #[must_use]
+    pub fn fits(&self, layout: &Layout, actions: usize) -> bool {
+        let sensors = self.belief.sensors();
+        let same = |(slot, &n): (usize, &usize)| layout.block(slot).len() == n;
+        sensors.len() == layout.slots()
+            && sensors.iter().enumerate().all(same)
+            && self.belief.actions() == actions
+            && self.scorer.fits(&[OF_A_LOOK + OF_THE_MOMENT, HIDDEN[0], HIDDEN[1], 1])
+    }
+
+    /// Number of weights.
+    #[must_use]
+    pub fn weights(&self) -> usize {
+        self.scorer.weights()
+    }
+
+    /// All values of `student` for a network input, in the order of its outputs.
+    pub(super) fn evaluate(&self, student: &Student, input: &[f32], scratch: &mut Scratch) {
+        let layout = student.layout();
+        let attended: IndexSet = (0..layout.slots()).filter(|&slot| layout.is_seen(slot, input)).collect();
+        let open = student.open_looks(attended);
+        let (actions, stop) = (student.actions(), student.stop());
+        let Scratch { values, thoughts, .. } = scratch;
+        self.belief.update(layout.readings_of(input), |slot| attended.contains(slot), &mut thoughts.opinion);
+        values.fill(0.0);
+        values[..actions].copy_from_slice(&thoughts.opinion.moves);
+        let now = num::max(&thoughts.opinion.moves);
+        values[stop] = now;
+        if open.is_empty() {
+            return;
+        }
+        self.belief.look_ahead(&mut thoughts.opinion);
+        self.describe_moment(student, (attended, open), thoughts);
+        let ground = if student.config().fit.relative { 0.0 } else { now };
+        for slot in open.iter() {
+            self.describe_look(student.prices()[slot], slot, thoughts);
+            let mut worth = [0.0];
+            self.scorer.forward(&thoughts.input, &mut worth);
+            values[actions + slot] = ground + self.belief.stake() * f64::from(worth[0]);
+        }
+    }
+
+    /// How sure the model is, and what is left to be looked at.
+    fn describe_moment(&self, student: &Student, (attended, open): (IndexSet, IndexSet), thoughts: &mut Thoughts) {
+        let Thoughts { opinion, input, gains } = thoughts;
+        let stake = self.belief.stake();
+        gains.clear();
+        gains.extend(open.iter().map(|slot| opinion.tells[slot].class));
+        gains.sort_by(|a, b| b.total_cmp(a));
+        let best = gains.iter().take(BEST).sum::<f64>() / BEST as f64;
+        let other = |slot: usize| opinion.tells[slot].all - opinion.tells[slot].class;
+        let context = open.iter().map(other).fold(0.0, f64::max);
+        let prices: f64 = open.iter().map(|slot| student.prices()[slot]).sum();
+        let class_entropy = entropy(&opinion.classes);
+        let most = student.rule().most_looks().min(student.kept().len()).max(1);
+        gains.clear();
+        gains.extend(&opinion.classes);
+        gains.sort_by(|a, b| b.total_cmp(a));
+        gains.resize(gains.len().max(BEST), 0.0);
+        let moment = [
+            num::max(&opinion.moves) / stake,
+            gains[0],
+            gains[1],
+            gains[2],
+            class_entropy,
+            entropy(&opinion.hypotheses) - class_entropy,
+            open.iter().map(|slot| opinion.tells[slot].class).fold(0.0, f64::max),
+            best,
+            context,
+            (most - attended.len().min(most)) as f64 / most as f64,
+            prices / open.len() as f64 / stake,
+        ];
+        input.clear();
+        input.resize(OF_A_LOOK, 0.0);
+        input.extend(moment.map(|x| x as f32));
+    }
+
+    fn describe_look(&self, price: f64, slot: usize, thoughts: &mut Thoughts) {
+        let tells = thoughts.opinion.tells[slot];
+        let look = [
+            tells.class,
+            tells.all - tells.class,
+            tells.duel / (1.0 + tells.duel),
+            num::exp(-tells.duel / 8.0),
+            price / self.belief.stake(),
+        ];
+        thoughts.input.iter_mut().zip(look).for_each(|(x, y)| *x = y as f32);
+    }
+}
+
+impl School<'_> {
+    /// What a student of this shape is told, if it is told anything and the world is drawn from a model.
+    pub(super) fn believer(
+        &self,
+        config: &CounterfactualConfig,
+        shape: &StudentShape,
+        streams: &Streams,
+    ) -> Option<Believer> {
+        // Slots must be sensors, seen as they are: a model knows nothing of members' opinions, or of earlier readings.
+        let is_sensor = |(slot, &member): (usize, &usize)| self.members[member].view.sensors() == [slot];
+        let plain = config.content == Content::Readings && config.memory == MemoryConfig::default();
+        if !(config.belief && plain && self.roster.iter().enumerate().all(is_sensor)) {
+            return None;
+        }
+        let belief = self.environment.belief()?.scaled(self.scaling);
+        let net = &config.network;
+        let believer = Believer::new(belief, (net.activation, net.adam), &streams.child("belief"));
+        let layout = Layout::new(&shape.blocks, config.memory, shape.actions);
+        believer.fits(&layout, shape.actions).then_some(believer)
+    }
+}
+
+fn entropy(probabilities: &[f64]) -> f64 {
+    -probabilities.iter().filter(|p| **p > 1e-12).map(|&p| p * num::ln(p)).sum::<f64>()
+}
+
+/// Trains the looks of `student`, who believes, on the readings of `data`; returns the mean loss over the last half.
+///
+/// # Formula
+/// look i at mask m: −share · priceᵢ + what the model expects of the best move once a copy of the student, from m + i on,
+/// looks no more, less the prices of these looks; against what it expects of moving now
+pub(super) fn fit(student: &mut Student, data: &[&Judged], price_share: f64, streams: &Streams) -> f64 {
+    let settings = student.config().fit.clone();
+    let rate = student.config().network.adam.learning_rate;
+    let Some(mut scorer) = student.believer().map(|b| b.scorer.clone()) else { return 0.0 };
+    let mut lesson = Lesson::new(student, price_share, streams.stream("fit"));
+    let (mut average, mut averaged, mut loss, mut losses) = (scorer.clone(), 0.0, 0.0, 0.0);
+    for start in (0..settings.batches).step_by(settings.refresh) {
+        for batch in start..(start + settings.refresh).min(settings.batches) {
+            let progress = batch as f64 / settings.batches as f64;
+            let rate = rate * num::pow(settings.final_rate, progress) as f32;
+            lesson.draw(student, data);
+            scorer.set_learning_rate(rate);
+            let error = scorer.train_batch(&lesson.batch());
+            if 2 * batch >= settings.batches {
+                loss += error;
+                losses += 1.0;
+            }
+            if progress >= 1.0 - settings.averaged {
+                averaged += 1.0;
+                average.blend(&scorer, 1.0 / averaged);
+            }
+        }
+        student.set_scorer(&scorer);
+    }
+    student.set_scorer(if averaged > 0.0 { &average } else { &scorer });
+    loss / f64::max(losses, 1.0)
+}
+
+impl Student {
+    fn set_scorer(&mut self, scorer: &Network) {
+        if let Some(believer) = self.believer_mut() {
+            believer.scorer = scorer.clone();
+        }
+    }
+}
+
+/// Batches of looks.
+struct Lesson {
+    rng: Rng,
+    price_share: f64,
+    stake: f64,
+    masked: Vec<f32>,
+    scratch: Scratch,
+    inputs: Vec<f32>,
+    targets: Vec<f32>,
+    weights: Vec<f32>,
+}
+
+impl Lesson {
+    fn new(student: &Student, price_share: f64, rng: Rng) -> Self {
+        Self {
+            rng,
+            price_share,
+            stake: student.believer().map_or(1.0, |b| b.belief.stake()),
+            masked: vec![0.0; student.layout().width()],
+            scratch: student.scratch(),
+            inputs: Vec::new(),
+            targets: Vec::new(),
+            weights: Vec::new(),
+        }
+    }
+
+    fn batch(&self) -> Batch<'_> {
+        Batch { inputs: &self.inputs, targets: &self.targets, weights: &self.weights }
+    }
+
+    /// Fills the batch with looks of the teacher's, and others, on states drawn at random.
+    fn draw(&mut self, teacher: &Student, data: &[&Judged]) {
+        self.inputs.clear();
+        self.targets.clear();
+        let fit = &teacher.config().fit;
+        for _ in 0..fit.batch {
+            let judged = data[self.rng.below(data.len())];
+            let mask = self.mask(teacher, judged);
+            let open = teacher.open_looks(mask);
+            if open.is_empty() {
+                continue;
+            }
+            for _ in 0..fit.looks_per_sample {
+                self.draw_look(teacher, judged, (mask, open));
+            }
+        }
+        self.weights.clear();
+        self.weights.resize(self.targets.len(), 1.0);
+    }
+
+    fn draw_look(&mut self, teacher: &Student, judged: &Judged, (mask, open): (IndexSet, IndexSet)) {
+        let Some(believer) = teacher.believer() else { return };
+        self.see(teacher, judged, mask);
+        let now = self.scratch.values[teacher.stop()];
+        let looks = &self.scratch.values[teacher.actions()..];
+        let best = open.iter().reduce(|a, b| if looks[b] > looks[a] { b } else { a });
+        let any = open.iter().nth(self.rng.below(open.len()));
+        let Some(slot) = (if self.rng.chance(PREFERRED) { best } else { any }) else { return };
+        believer.describe_look(teacher.prices()[slot], slot, &mut self.scratch.thoughts);
+        self.inputs.extend(&self.scratch.thoughts.input);
+        let worth = self.worth(teacher, judged, mask.with(slot)) - self.price_share * teacher.prices()[slot];
+        self.targets.push(((worth - now) / self.stake) as f32);
+    }
+
+    /// What is expected of the move where the teacher, from `mask` on, looks no more, less the prices of its looks.
+    fn worth(&mut self, teacher: &Student, judged: &Judged, mut mask: IndexSet) -> f64 {
+        let mut spent = 0.0;
+        loop {
+            self.see(teacher, judged, mask);
+            let Some((slot, _)) = teacher.preferred_look(mask, &self.scratch) else {
+                return self.scratch.values[teacher.stop()] - spent;
+            };
+            mask = mask.with(slot);
+            spent += self.price_share * teacher.prices()[slot];
+        }
+    }
+
+    fn see(&mut self, teacher: &Student, judged: &Judged, mask: IndexSet) {
+        teacher.layout().mask(&judged.full, mask, &mut self.masked);
+        teacher.evaluate(&self.masked, &mut self.scratch);
+    }
+
+    /// Stops on the way of the teacher's own looks, or any looks.
+    fn mask(&mut self, teacher: &Student, judged: &Judged) -> IndexSet {
+        let most = teacher.rule().most_looks().min(teacher.kept().len());
+        if !self.rng.chance(teacher.config().fit.own_looks) {
+            return self.any_looks(teacher.kept(), most);
+        }
+        let (mut mask, mut chosen, mut stops) = (IndexSet::EMPTY, IndexSet::EMPTY, 1.0);
+        loop {
+            self.see(teacher, judged, mask);
+            let Some((slot, _)) = teacher.preferred_look(mask, &self.scratch) else { return chosen };
+            mask = mask.with(slot);
+            stops += 1.0;
+            if self.rng.chance(1.0 / stops) {
+                chosen = mask;
+            }
+        }
+    }
+
+    fn any_looks(&mut self, among: IndexSet, most: usize) -> IndexSet {
+        let mut mask = IndexSet::EMPTY;
+        for _ in 0..self.rng.below(most) {
+            let open = among.minus(mask);
+            mask = open.iter().nth(self.rng.below(open.len())).map_or(mask, |slot| mask.with(slot));
+        }
+        mask
+    }
+}

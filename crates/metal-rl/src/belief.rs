@@ -248,7 +248,8 @@ impl Sums {
         let part = |(sums, &p): (&Vec<f64>, &f64)| if p > 0.0 { sums[j] * sums[j] / p } else { 0.0 };
         let between = self.by_class.iter().zip(&self.classes).map(part).sum::<f64>() / whole - mean * mean;
         let rest = (variance - between.max(0.0)).max(within);
-        let class_mean = |c: usize| if self.classes[c] > 0.0 { self.by_class[c][j] / self.classes[c] } else { mean };
+        let class_mean =
+            |c: usize| if self.classes[c] > 0.0 { self.by_class[c][j] / self.classes[c] } else { mean };
         let apart = class_mean(first) - class_mean(second);
         Tells {
             class: 0.5 * num::ln(variance / rest),
@@ -278,4 +279,94 @@ fn measure(ruler: &[[f64; 2]], x: f64) -> f64 {
     }
     let ([x0, z0], [x1, z1]) = (ruler[above - 1], ruler[above]);
     z0 + (z1 - z0) * (x - x0) / (x1 - x0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value() -> Number {
+        Number::Value { ruler: vec![[0.0, 0.0], [1.0, 4.0]], nullable: false }
+    }
+
+    fn hypothesis(class: usize, means: &[f64], variances: &[f64]) -> Hypothesis {
+        Hypothesis { log_prior: num::ln(0.25), class, means: means.to_vec(), variances: variances.to_vec() }
+    }
+
+    /// Right earns 0, wrong costs 1.
+    fn verdict() -> Vec<Vec<f64>> {
+        vec![vec![0.0, -1.0], vec![-1.0, 0.0]]
+    }
+
+    fn near(a: f64, b: f64) -> bool {
+        (a - b).abs() < 1e-6
+    }
+
+    #[test]
+    fn a_look_moves_probability_by_the_rule_of_bayes() {
+        let hypotheses = vec![hypothesis(0, &[0.0], &[1.0]), hypothesis(1, &[2.0], &[1.0])];
+        let belief = Belief::new(vec![1], vec![value()], hypotheses, verdict());
+        let mut opinion = Opinion::default();
+        belief.update(&[f32::NAN], |_| false, &mut opinion);
+        assert_eq!((&opinion.classes[..], &opinion.moves[..]), (&[0.5, 0.5][..], &[-0.5, -0.5][..]));
+        // 0.5 of the range is 2 in the model's units: densities exp(-2) and 1.
+        belief.update(&[0.5], |_| true, &mut opinion);
+        let wrong = num::exp(-2.0) / (1.0 + num::exp(-2.0));
+        assert!(near(opinion.classes[0], wrong) && near(opinion.moves[1], -wrong), "{opinion:?}");
+        let squared = belief.clone().scaled(Scaling::SquareRoot);
+        squared.update(&[0.5f32.sqrt()], |_| true, &mut opinion);
+        assert!(near(opinion.classes[0], wrong), "however readings are scaled: {opinion:?}");
+        assert!(near(belief.stake(), 1.0));
+    }
+
+    #[test]
+    fn what_is_absent_tells_nothing() {
+        let numbers =
+            vec![Number::Value { ruler: vec![[0.0, 0.0], [1.0, 4.0]], nullable: true }, Number::Known];
+        let hypotheses = vec![hypothesis(0, &[0.0; 2], &[1.0; 2]), hypothesis(1, &[4.0; 2], &[1.0; 2])];
+        let belief = Belief::new(vec![2], numbers, hypotheses, verdict());
+        let mut opinion = Opinion::default();
+        belief.update(&[1.0, 0.0], |_| true, &mut opinion);
+        assert_eq!(opinion.classes, [0.5, 0.5]);
+        belief.update(&[1.0, 1.0], |_| true, &mut opinion);
+        assert!(opinion.classes[1] > 0.99);
+        belief.look_ahead(&mut opinion);
+        assert_eq!(opinion.tells.len(), 1);
+    }
+
+    /// A context (0 or 1) says whether the other number tells the class (0 or 1 if it does, 1/2 if not).
+    fn contexts() -> Belief {
+        let ruler = || Number::Value { ruler: vec![[0.0, 0.0], [1.0, 1.0]], nullable: false };
+        let h = |class, context: f64, mean: f64| hypothesis(class, &[context, mean], &[0.01, 0.25]);
+        let hypotheses = vec![h(0, 0.0, 0.0), h(1, 0.0, 1.0), h(0, 1.0, 0.5), h(1, 1.0, 0.5)];
+        Belief::new(vec![1, 1], vec![ruler(), ruler()], hypotheses, verdict())
+    }
+
+    #[test]
+    fn a_context_tells_nothing_of_the_class_and_much_of_the_rest() {
+        let (belief, mut opinion) = (contexts(), Opinion::default());
+        belief.update(&[0.0, 0.0], |_| false, &mut opinion);
+        belief.look_ahead(&mut opinion);
+        let half_ln = |x: f64| 0.5 * num::ln(x);
+        let [context, other] = opinion.tells[..] else { panic!("two sensors") };
+        // Variance 0.01 + 1/4, of which the classes explain nothing.
+        assert!(near(context.class, 0.0) && near(context.all, half_ln(26.0)) && near(context.duel, 0.0));
+        // Means 0, 1, 1/2, 1/2: variance 0.25 + 0.125, of which the classes (1/4, 3/4) explain 0.0625.
+        assert!(near(other.class, half_ln(0.375 / 0.3125)) && near(other.all, half_ln(1.5)));
+        assert!(near(other.duel, 1.0));
+        // The context was read: the other number's classes are 0 and 1 now, apart by 1 at a variance of 1/4.
+        belief.update(&[0.0, 0.0], |sensor| sensor == 0, &mut opinion);
+        belief.look_ahead(&mut opinion);
+        assert!(near(opinion.classes[0], 0.5), "{opinion:?}");
+        assert!(near(opinion.tells[1].class, half_ln(2.0)) && near(opinion.tells[1].duel, 4.0));
+    }
+
+    #[test]
+    fn rulers_are_flat_outside_and_straight_between() {
+        let ruler = [[0.2, -1.0], [0.4, 1.0], [0.8, 2.0]];
+        let expected = [(0.0, -1.0), (0.3, 0.0), (0.4, 1.0), (0.6, 1.5), (1.0, 2.0)];
+        assert!(expected.iter().all(|&(x, z)| near(measure(&ruler, x), z)));
+        assert_eq!(two_likeliest(&[0.1, 0.6, 0.3]), (1, 2));
+        assert_eq!(two_likeliest(&[1.0]), (0, 0));
+    }
 }

@@ -78,6 +78,7 @@ impl AttentionMethod {
         const BATCHES: usize = 6000;
         Self::Counterfactual(CounterfactualConfig {
             looks: LookRule::Adaptive { min_looks: 0, max_looks: 10 },
+            belief: true,
             iterations: ITERATIONS,
             window: ITERATIONS,
             judged: 1.0,

@@ -24,6 +24,10 @@ const OF_THE_MOMENT: usize = 11;
 const HIDDEN: [usize; 2] = [32, 32];
 /// Best looks by which a moment is described.
 const BEST: usize = 3;
+/// Training steps of other students for one of a believer's, which has one small network for all sensors and labels without
+/// noise; and fewest.
+const STEPS_FOR_ONE: usize = 20;
+const FEWEST: usize = 20;
 /// Share of labels for the look that the student would take itself; the others are for any look.
 const PREFERRED: f64 = 0.5;
 
@@ -95,7 +99,12 @@ impl Believer {
     }
 
     /// How sure the model is, and what is left to be looked at.
-    fn describe_moment(&self, student: &Student, (attended, open): (IndexSet, IndexSet), thoughts: &mut Thoughts) {
+    fn describe_moment(
+        &self,
+        student: &Student,
+        (attended, open): (IndexSet, IndexSet),
+        thoughts: &mut Thoughts,
+    ) {
         let Thoughts { opinion, input, gains } = thoughts;
         let stake = self.belief.stake();
         gains.clear();
@@ -169,15 +178,18 @@ fn entropy(probabilities: &[f64]) -> f64 {
 }
 
 /// Trains the looks of `student`, who believes, on the readings of `data`; returns the mean loss over the last half.
+/// Looks cost their full price from the beginning: what moves are worth is known by then.
 ///
 /// # Formula
-/// look i at mask m: −share · priceᵢ + what the model expects of the best move once a copy of the student, from m + i on,
+/// look i at mask m: −priceᵢ + what the model expects of the best move once a copy of the student, from m + i on,
 /// looks no more, less the prices of these looks; against what it expects of moving now
-pub(super) fn fit(student: &mut Student, data: &[&Judged], price_share: f64, streams: &Streams) -> f64 {
-    let settings = student.config().fit.clone();
+pub(super) fn fit(student: &mut Student, data: &[&Judged], streams: &Streams) -> f64 {
+    let mut settings = student.config().fit.clone();
+    settings.batches = (settings.batches / STEPS_FOR_ONE).max(FEWEST);
+    settings.refresh = (settings.refresh / STEPS_FOR_ONE).max(1);
     let rate = student.config().network.adam.learning_rate;
     let Some(mut scorer) = student.believer().map(|b| b.scorer.clone()) else { return 0.0 };
-    let mut lesson = Lesson::new(student, price_share, streams.stream("fit"));
+    let mut lesson = Lesson::new(student, streams.stream("fit"));
     let (mut average, mut averaged, mut loss, mut losses) = (scorer.clone(), 0.0, 0.0, 0.0);
     for start in (0..settings.batches).step_by(settings.refresh) {
         for batch in start..(start + settings.refresh).min(settings.batches) {
@@ -212,7 +224,6 @@ impl Student {
 /// Batches of looks.
 struct Lesson {
     rng: Rng,
-    price_share: f64,
     stake: f64,
     masked: Vec<f32>,
     scratch: Scratch,
@@ -222,10 +233,9 @@ struct Lesson {
 }
 
 impl Lesson {
-    fn new(student: &Student, price_share: f64, rng: Rng) -> Self {
+    fn new(student: &Student, rng: Rng) -> Self {
         Self {
             rng,
-            price_share,
             stake: student.believer().map_or(1.0, |b| b.belief.stake()),
             masked: vec![0.0; student.layout().width()],
             scratch: student.scratch(),
@@ -269,7 +279,7 @@ impl Lesson {
         let Some(slot) = (if self.rng.chance(PREFERRED) { best } else { any }) else { return };
         believer.describe_look(teacher.prices()[slot], slot, &mut self.scratch.thoughts);
         self.inputs.extend(&self.scratch.thoughts.input);
-        let worth = self.worth(teacher, judged, mask.with(slot)) - self.price_share * teacher.prices()[slot];
+        let worth = self.worth(teacher, judged, mask.with(slot)) - teacher.prices()[slot];
         self.targets.push(((worth - now) / self.stake) as f32);
     }
 
@@ -282,7 +292,7 @@ impl Lesson {
                 return self.scratch.values[teacher.stop()] - spent;
             };
             mask = mask.with(slot);
-            spent += self.price_share * teacher.prices()[slot];
+            spent += teacher.prices()[slot];
         }
     }
 
@@ -316,5 +326,126 @@ impl Lesson {
             mask = open.iter().nth(self.rng.below(open.len())).map_or(mask, |slot| mask.with(slot));
         }
         mask
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::belief::{Hypothesis, Number};
+    use crate::counterfactual::config::FitConfig;
+    use crate::counterfactual::fit::fit as fit_any;
+    use crate::counterfactual::rule::Rule;
+
+    const PRICE: f64 = 0.05;
+    const SPREAD: f64 = 0.1;
+    const CONTEXTS: usize = 6;
+    const SENSORS: usize = 1 + CONTEXTS;
+
+    /// The first number is the context; it says which of the others tells the class (0 or 1). The rest is 1/2.
+    fn belief() -> Belief {
+        let number = Number::Value { ruler: vec![[0.0, 0.0], [1.0, 1.0]], nullable: false };
+        let hypothesis = |i: usize| Hypothesis {
+            log_prior: 0.0,
+            class: i % 2,
+            means: means(i / 2, i % 2).to_vec(),
+            variances: spreads().map(|s| s * s).to_vec(),
+        };
+        let rewards = vec![vec![0.0, -1.0], vec![-1.0, 0.0]];
+        let hypotheses = (0..2 * CONTEXTS).map(hypothesis).collect();
+        Belief::new(vec![1; SENSORS], vec![number; SENSORS], hypotheses, rewards)
+    }
+
+    fn means(context: usize, class: usize) -> [f64; SENSORS] {
+        let mut means = [0.5; SENSORS];
+        means[0] = context as f64 / (CONTEXTS - 1) as f64;
+        means[1 + context] = class as f64;
+        means
+    }
+
+    fn spreads() -> [f64; SENSORS] {
+        let mut spreads = [SPREAD; SENSORS];
+        spreads[0] = 0.02;
+        spreads
+    }
+
+    fn shape() -> StudentShape {
+        let rule = Rule::Adaptive { min_looks: 0, max_looks: 4 };
+        StudentShape { blocks: vec![1; SENSORS], prices: vec![PRICE; SENSORS], actions: 2, rule }
+    }
+
+    fn student(batches: usize) -> Student {
+        let fit = FitConfig { batches, ..FitConfig::default() };
+        let config = CounterfactualConfig { belief: true, fit, ..CounterfactualConfig::default() };
+        let mut student = Student::new(&config, &shape(), &Streams::new(1)).unwrap();
+        let net = &config.network;
+        student.believe(Believer::new(belief(), (net.activation, net.adam), &Streams::new(2)));
+        student
+    }
+
+    fn full(cells: [f64; SENSORS]) -> Vec<f32> {
+        cells.into_iter().chain([1.0; SENSORS]).map(|x| x as f32).collect()
+    }
+
+    fn row(rng: &mut Rng) -> Judged {
+        let mut cells = means(rng.below(CONTEXTS), rng.below(2));
+        cells.iter_mut().zip(spreads()).for_each(|(cell, spread)| *cell += spread * rng.normal());
+        let advantages = vec![0.0, 0.0];
+        let looks = IndexSet::EMPTY;
+        Judged { full: full(cells), clock: 0, looks, advantages, value: 0.0, stops: Vec::new() }
+    }
+
+    fn values(student: &Student, cells: [f64; SENSORS], mask: IndexSet) -> Scratch {
+        let (mut masked, mut scratch) = (vec![0.0; 2 * SENSORS], student.scratch());
+        student.layout().mask(&full(cells), mask, &mut masked);
+        student.evaluate(&masked, &mut scratch);
+        scratch
+    }
+
+    #[test]
+    fn moves_and_moving_now_are_worth_what_the_model_expects() {
+        let (student, seen) = (student(1), IndexSet::EMPTY.with(0).with(2));
+        let mut cells = [0.5; SENSORS];
+        (cells[0], cells[2]) = (0.2, 0.6);
+        let scratch = values(&student, cells, seen);
+        // Context 1: column 2 is 0 or 1, and 0.6 is nearer to 1 by (0.6² − 0.4²) / (2 · 0.01) = 10 in logarithms.
+        let wrong = 1.0 / (1.0 + num::exp(10.0));
+        assert!((scratch.values[1] + wrong).abs() < 1e-5, "{:?}", scratch.values);
+        assert_eq!(scratch.values[student.stop()], scratch.values[1]);
+        assert_eq!(student.best_move(&scratch), 1);
+    }
+
+    #[test]
+    fn looks_at_the_context_first_although_it_tells_nothing_of_the_class() {
+        let mut student = student(6000);
+        let mut rng = Streams::new(3).stream("rows");
+        let rows: Vec<Judged> = (0..1000).map(|_| row(&mut rng)).collect();
+        fit_any(&mut student, &rows.iter().collect::<Vec<_>>(), 1.0, &Streams::new(4));
+        let look = |cells: [f64; SENSORS], mask| {
+            let scratch = values(&student, cells, mask);
+            student.preferred_look(mask, &scratch)
+        };
+        let (slot, worth) = look([0.0; SENSORS], IndexSet::EMPTY).unwrap();
+        assert_eq!(slot, 0);
+        // The context and one column, 0.05 each; without the context one reads 3 1/3 columns.
+        assert!((worth + 2.0 * PRICE).abs() < 0.03, "{worth}");
+        for context in 0..CONTEXTS {
+            let (cells, read) = (means(context, 1), IndexSet::EMPTY.with(0));
+            assert_eq!(look(cells, read).map(|l| l.0), Some(1 + context));
+            assert_eq!(look(cells, read.with(1 + context)), None, "it knows the class");
+        }
+    }
+
+    #[test]
+    fn a_believer_fits_its_sensors_and_nothing_else_and_survives_freezing() {
+        let student = student(1);
+        let believer = student.believer().unwrap();
+        assert!(believer.fits(student.layout(), 2) && !believer.fits(student.layout(), 3));
+        let mut blocks = [1; SENSORS];
+        blocks[3] = 2;
+        assert!(!believer.fits(&Layout::new(&blocks, MemoryConfig::default(), 2), 2));
+        let thawed = Student::thaw(student.config(), &shape(), &student.freeze()).unwrap();
+        let of = |student| values(student, [0.3; SENSORS], IndexSet::EMPTY.with(4)).values;
+        assert_eq!(of(&student), of(&thawed));
     }
 }

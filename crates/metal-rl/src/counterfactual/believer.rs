@@ -91,11 +91,25 @@ impl Believer {
         self.describe_moment(student, (attended, open), thoughts);
         let ground = if student.config().fit.relative { 0.0 } else { now };
         for slot in open.iter() {
-            self.describe_look(student.prices()[slot], slot, thoughts);
-            let mut worth = [0.0];
-            self.scorer.forward(&thoughts.input, &mut worth);
-            values[actions + slot] = ground + self.belief.stake() * f64::from(worth[0]);
+            let price = student.prices()[slot];
+            let worth = if self.may_pay(price, thoughts.opinion.tells[slot].all) {
+                self.describe_look(price, slot, thoughts);
+                let mut worth = [0.0];
+                self.scorer.forward(&thoughts.input, &mut worth);
+                self.belief.stake() * f64::from(worth[0])
+            } else {
+                -price
+            };
+            values[actions + slot] = ground + worth;
         }
+    }
+
+    /// Whether a look that tells so much (in nats) can be worth its price, whatever is looked at afterwards.
+    ///
+    /// # Formula
+    /// stake · √(information / 2) > price,  by Pinsker's inequality
+    fn may_pay(&self, price: f64, information: f64) -> bool {
+        self.belief.stake() * (information / 2.0).sqrt() > price
     }
 
     /// How sure the model is, and what is left to be looked at.
@@ -227,6 +241,7 @@ struct Lesson {
     stake: f64,
     masked: Vec<f32>,
     scratch: Scratch,
+    slots: Vec<usize>,
     inputs: Vec<f32>,
     targets: Vec<f32>,
     weights: Vec<f32>,
@@ -239,6 +254,7 @@ impl Lesson {
             stake: student.believer().map_or(1.0, |b| b.belief.stake()),
             masked: vec![0.0; student.layout().width()],
             scratch: student.scratch(),
+            slots: Vec::new(),
             inputs: Vec::new(),
             targets: Vec::new(),
             weights: Vec::new(),
@@ -261,26 +277,32 @@ impl Lesson {
             if open.is_empty() {
                 continue;
             }
-            for _ in 0..fit.looks_per_sample {
-                self.draw_look(teacher, judged, (mask, open));
-            }
+            self.draw_looks(teacher, judged, (mask, open));
         }
         self.weights.clear();
         self.weights.resize(self.targets.len(), 1.0);
     }
 
-    fn draw_look(&mut self, teacher: &Student, judged: &Judged, (mask, open): (IndexSet, IndexSet)) {
+    /// Some looks that are open at the mask, with what they are worth on this very state.
+    fn draw_looks(&mut self, teacher: &Student, judged: &Judged, (mask, open): (IndexSet, IndexSet)) {
         let Some(believer) = teacher.believer() else { return };
         self.see(teacher, judged, mask);
         let now = self.scratch.values[teacher.stop()];
         let looks = &self.scratch.values[teacher.actions()..];
         let best = open.iter().reduce(|a, b| if looks[b] > looks[a] { b } else { a });
-        let any = open.iter().nth(self.rng.below(open.len()));
-        let Some(slot) = (if self.rng.chance(PREFERRED) { best } else { any }) else { return };
-        believer.describe_look(teacher.prices()[slot], slot, &mut self.scratch.thoughts);
-        self.inputs.extend(&self.scratch.thoughts.input);
-        let worth = self.worth(teacher, judged, mask.with(slot)) - teacher.prices()[slot];
-        self.targets.push(((worth - now) / self.stake) as f32);
+        self.slots.clear();
+        for _ in 0..teacher.config().fit.looks_per_sample {
+            let any = open.iter().nth(self.rng.below(open.len()));
+            let Some(slot) = (if self.rng.chance(PREFERRED) { best } else { any }) else { return };
+            believer.describe_look(teacher.prices()[slot], slot, &mut self.scratch.thoughts);
+            self.inputs.extend(&self.scratch.thoughts.input);
+            self.slots.push(slot);
+        }
+        for i in 0..self.slots.len() {
+            let slot = self.slots[i];
+            let worth = self.worth(teacher, judged, mask.with(slot)) - teacher.prices()[slot];
+            self.targets.push(((worth - now) / self.stake) as f32);
+        }
     }
 
     /// What is expected of the move where the teacher, from `mask` on, looks no more, less the prices of its looks.
@@ -434,6 +456,20 @@ mod tests {
             assert_eq!(look(cells, read).map(|l| l.0), Some(1 + context));
             assert_eq!(look(cells, read.with(1 + context)), None, "it knows the class");
         }
+    }
+
+    #[test]
+    fn a_look_that_tells_too_little_for_its_price_is_not_even_considered() {
+        let student = student(1);
+        let believer = student.believer().unwrap();
+        // √(0.005 / 2) is 0.05.
+        assert!(!believer.may_pay(PRICE, 0.0049) && believer.may_pay(PRICE, 0.0051));
+        let mut cells = [0.5; SENSORS];
+        cells[0] = 0.0;
+        let mask = IndexSet::EMPTY.with(0);
+        let looks = values(&student, cells, mask).values[2 + 2..2 + SENSORS].to_vec();
+        let now = -0.5;
+        assert!(looks.iter().all(|&worth| worth == now - PRICE), "of the other contexts: {looks:?}");
     }
 
     #[test]

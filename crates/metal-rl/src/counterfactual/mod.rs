@@ -7,6 +7,9 @@
 //! One network holds the values for all sets of readings. In the order of the data:
 //! [`config`] → [`gaze`] → [`student`] → [`sight`] → [`judge`] → [`fit`] → [`mod@iterate`].
 //!
+//! Where the world is drawn from a model that can be asked ([`Believer`]), the model decides on moves and only looks are
+//! learned.
+//!
 //! Not in the paper: it answers the question of the paper's introduction, whether attention beats "a fixed subset (or
 //! a static combination) of sensors", on which its Phase III (see [`crate::policies::attention`]) stays open.
 

@@ -8,6 +8,7 @@ use super::config::CounterfactualConfig;
 use super::gaze::{Layout, MemoryConfig};
 use super::iterate::School;
 use super::judge::Judged;
+use super::rule::Rule;
 use super::student::{Scratch, Student, StudentShape};
 use crate::belief::{Belief, Opinion};
 use crate::decision::Content;
@@ -198,6 +199,10 @@ fn entropy(probabilities: &[f64]) -> f64 {
 /// look i at mask m: −priceᵢ + what the model expects of the best move once a copy of the student, from m + i on,
 /// looks no more, less the prices of these looks; against what it expects of moving now
 pub(super) fn fit(student: &mut Student, data: &[&Judged], streams: &Streams) -> f64 {
+    if !matches!(student.rule(), Rule::Adaptive { .. }) {
+        // Where looks are no choice, there is nothing to learn.
+        return 0.0;
+    }
     let mut settings = student.config().fit.clone();
     settings.batches = (settings.batches / STEPS_FOR_ONE).max(FEWEST);
     settings.refresh = (settings.refresh / STEPS_FOR_ONE).max(1);
@@ -211,6 +216,9 @@ pub(super) fn fit(student: &mut Student, data: &[&Judged], streams: &Streams) ->
             let rate = rate * num::pow(settings.final_rate, progress) as f32;
             lesson.draw(student, data);
             scorer.set_learning_rate(rate);
+            if lesson.targets.is_empty() {
+                continue;
+            }
             let error = scorer.train_batch(&lesson.batch());
             if 2 * batch >= settings.batches {
                 loss += error;
@@ -357,7 +365,6 @@ mod tests {
     use crate::belief::{Hypothesis, Number};
     use crate::counterfactual::config::FitConfig;
     use crate::counterfactual::fit::fit as fit_any;
-    use crate::counterfactual::rule::Rule;
 
     const PRICE: f64 = 0.05;
     const SPREAD: f64 = 0.1;

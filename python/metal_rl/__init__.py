@@ -9,7 +9,7 @@ from metal_rl.bench import Bench, bench
 from metal_rl.check import Check, check
 from metal_rl.envs import MetalEnv, MetalVectorEnv
 from metal_rl.experts import Expert
-from metal_rl.minds import Decision, Mind, Score, learn, load
+from metal_rl.minds import Decision, Mind, Score, card, learn, load
 from metal_rl.priced import PricedSensors
 from metal_rl.registration import register
 from metal_rl.sensor_cost import SensorCostEnv
@@ -39,6 +39,7 @@ __all__ = [
     "Task",
     "__version__",
     "bench",
+    "card",
     "check",
     "learn",
     "load",

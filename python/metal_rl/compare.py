@@ -17,6 +17,7 @@ import gymnasium as gym
 import numpy as np
 
 from metal_rl import peers
+from metal_rl.errors import refuse
 from metal_rl.minds import learn
 from metal_rl.peers import Result
 from metal_rl.priced import PricedSensors
@@ -31,21 +32,30 @@ RESAMPLES = 2000
 
 #: Tasks whose table is generated from a seed of its own.
 GENERATED = ("cube", "cube_nm")
+#: Tables of scikit-learn.
+CLASSICS = ("wine", "breast_cancer")
 
 
-def named(name: str, draw: int = 1) -> Task:
-    """The task called `name`; of a table, the split into training and test rows (or the table) of number `draw`."""
+def named(name: str, draw: int = 1, price: float | None = None) -> Task:
+    """The task called `name`; of a table, the split into training and test rows (or the table) of number `draw`.
+
+    `price`: of a look at anything in a table.
+    """
+    if price is not None and name not in (*GENERATED, *CLASSICS):
+        raise refuse("price", f"{name} is no table")
     if name == "cartpole":
         readings = ("position", "speed", "angle", "spin")
         sensors = [Sensor(reading, i, cost=0.05) for i, reading in enumerate(readings)]
         return PricedSensors(gym.make("CartPole-v1"), sensors, actions={"left": 0, "right": 1})
-    if name in ("wine", "breast_cancer"):
+    if name in CLASSICS:
         from sklearn import datasets
 
         table = getattr(datasets, f"load_{name}")()
         classes = [str(table.target_names[label]) for label in table.target]
-        return from_arrays(table.data, classes, list(table.feature_names), name=name, split_seed=draw)
-    return BuiltIn(name, seed=draw) if name in GENERATED else BuiltIn(name)
+        options = {} if price is None else {"default_price": price}
+        return from_arrays(table.data, classes, list(table.feature_names), name=name, split_seed=draw, **options)
+    options = {} if price is None else {"look_price": price}
+    return BuiltIn(name, seed=draw, **options) if name in GENERATED else BuiltIn(name)
 
 
 def train(who: str, task: Task, wanted: argparse.Namespace, seed: int) -> list[Result]:
@@ -102,13 +112,14 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--episodes", type=int, default=1000, help="test episodes per training")
     parser.add_argument("--phases", type=json.loads, metavar="JSON", help="METAL's motor steps by phase")
     parser.add_argument("--recipe", type=json.loads, metavar="JSON", help="fields of METAL's recipe")
+    parser.add_argument("--price", type=float, help="of every look, where the task is a table")
     parser.add_argument("--who", nargs="*", choices=EVERYBODY, default=list(EVERYBODY))
     wanted = parser.parse_args(words)
     print("| who | reward − cost | reward | looks per step | CPU s | trainings |\n|---|---|---|---|---|---|")
     for who in wanted.who:
         found: dict[str, list[Result]] = {}
         for seed in range(1, wanted.seeds + 1):
-            for result in train(who, named(wanted.task, seed), wanted, seed):
+            for result in train(who, named(wanted.task, seed, wanted.price), wanted, seed):
                 found.setdefault(result.name, []).append(result)
         for name, results in found.items():
             print(line(name, results), flush=True)

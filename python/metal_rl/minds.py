@@ -19,6 +19,8 @@ from metal_rl.tasks import Task
 PHASES = ("demonstration", "foa", "fusion", "attention")
 #: Motor steps of learning where nothing else is said.
 STEPS = 60_000
+#: Most bytes of a file's head, which holds the card.
+MOST_OF_A_HEAD = 100_000_000
 
 
 def recipe_of(
@@ -62,6 +64,18 @@ def load(path: str | PathLike[str]) -> Mind:
     return Mind(_core.load(path))
 
 
+def card(path: str | PathLike[str]) -> dict[str, Any]:
+    """What a file says of its mind: recipe, seed, task, version and git revision of the program, notes; nothing is loaded."""
+    with open(path, "rb") as file:
+        length = int.from_bytes(file.read(8), "little")
+        # Damaged files may claim any length.
+        head = file.read(min(length, MOST_OF_A_HEAD))
+    try:
+        return json.loads(json.loads(head)["__metadata__"]["metal"])
+    except (ValueError, KeyError, TypeError):
+        raise refuse("path", f"{path}: no card of a mind in it") from None
+
+
 @dataclass(frozen=True)
 class Decision:
     """One decision: the motor action, and whom it took to decide."""
@@ -96,6 +110,12 @@ class Score:
         """Mean number of sensors read before a motor action."""
         return float((self.looks * np.arange(len(self.looks))).sum() / max(1, self.steps.sum()))
 
+    def summary(self) -> dict[str, float]:
+        """Means per episode, looks per motor step, and how many episodes that was."""
+        reward, cost = float(self.motor.mean()), float(self.price.mean())
+        means = {"total": self.total, "reward": reward, "cost": cost, "looks_per_step": self.looks_per_step}
+        return {**means, "episodes": len(self.motor)}
+
 
 class Mind:
     """What was learned: it decides, asking one sensor after the other."""
@@ -120,9 +140,10 @@ class Mind:
         sensors = dict(zip(names, score.pop("sensors")))
         return Score(**{key: np.array(value) for key, value in score.items()}, sensors=sensors)
 
-    def save(self, path: str | PathLike[str], **notes: Any) -> None:
-        """Writes the mind as safetensors with a JSON card; `notes` (metrics, a git revision) are kept with it."""
-        self._core.save(path, {key: str(value) for key, value in notes.items()})
+    def save(self, path: str | PathLike[str], score: Score | None = None, **notes: Any) -> None:
+        """Writes the mind as safetensors with a JSON card; the numbers of a test and `notes` are kept with it."""
+        numbers = {} if score is None else score.summary()
+        self._core.save(path, {key: str(value) for key, value in {**numbers, **notes}.items()})
 
     def __repr__(self) -> str:
         return f"Mind({self.spec['id']}, seed {self.seed})"

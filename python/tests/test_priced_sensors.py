@@ -42,9 +42,17 @@ def test_an_unread_sensor_is_never_called(quick):
 def test_a_mind_acts_with_nothing_but_a_reader(signpost, quick, tmp_path):
     path = tmp_path / "mind.safetensors"
     learned = metal_rl.learn(signpost, phases=quick, seed=1)
-    learned.save(path, revision="abc")
+    score = learned.evaluate(signpost, episodes=20)
+    learned.save(path, score, remark="abc")
     mind = metal_rl.load(path)
-    assert mind.notes == {"revision": "abc"} and mind.seed == 1
+    assert mind.notes["remark"] == "abc" and mind.seed == 1
+    assert float(mind.notes["total"]) == pytest.approx(score.total) and mind.notes["episodes"] == "20"
+    card = metal_rl.card(path)
+    assert card["notes"] == mind.notes and card["spec"]["id"] == "Signpost-v0" and card["git"]
+    assert card["recipe"]["attention"] == quick["attention"]
+    (tmp_path / "other").write_bytes(b"no mind at all")
+    with pytest.raises(metal_rl.MetalError, match="no card"):
+        metal_rl.card(tmp_path / "other")
     asked = []
 
     def reader(name):

@@ -5,6 +5,7 @@ use crate::tasks::Task;
 use metal_lab::progress::Progress;
 use metal_lab::task::Task as LabTask;
 use metal_lab::train::RunError;
+use metal_rl::belief::Belief;
 use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use metal_rl::random::Streams;
 use pyo3::prelude::*;
@@ -139,6 +140,10 @@ impl Environment for StoppableWorld {
     fn fork(&self) -> Option<Box<dyn Environment>> {
         let inner = self.inner.fork()?;
         Some(Box::new(Self { inner, stop: self.stop.clone() }))
+    }
+
+    fn belief(&self) -> Option<Belief> {
+        self.inner.belief()
     }
 
     fn imagine(&self, streams: &Streams) -> Option<Box<dyn Environment>> {

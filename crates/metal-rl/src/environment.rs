@@ -1,5 +1,6 @@
 //! What a mind may know of a world: sensors that are read only when asked, motor actions, and their consequences.
 
+use crate::belief::Belief;
 use serde::{Deserialize, Serialize};
 
 /// One number a sensor delivers, with the range that a mind scales to [0, 1].
@@ -176,6 +177,12 @@ pub trait Environment: Send {
         let _ = streams;
         None
     }
+
+    /// The model that this world is drawn from, where it is an imagined one and somebody can say what it believes after
+    /// some looks: whoever learns here may be told.
+    fn belief(&self) -> Option<Belief> {
+        None
+    }
 }
 
 impl<E: Environment + ?Sized> Environment for Box<E> {
@@ -213,5 +220,9 @@ impl<E: Environment + ?Sized> Environment for Box<E> {
 
     fn imagine(&self, streams: &crate::random::Streams) -> Option<Box<dyn Environment>> {
         (**self).imagine(streams)
+    }
+
+    fn belief(&self) -> Option<Belief> {
+        (**self).belief()
     }
 }

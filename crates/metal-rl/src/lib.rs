@@ -5,6 +5,7 @@
 //! [`environment`] → [`view`] → [`member`] (with its [`learner`]) → [`decision`] → [`policy`] → [`mod@run`] → [`teach`].
 #![forbid(unsafe_code)]
 
+pub mod belief;
 pub mod environment;
 pub mod view;
 

@@ -25,6 +25,15 @@ impl Scaling {
             Self::SquareRoot => linear.sqrt(),
         }
     }
+
+    /// The linear value, in [0, 1] of the range, of what was scaled to `x`.
+    #[must_use]
+    pub fn linear(self, x: f64) -> f64 {
+        match self {
+            Self::Linear => x,
+            Self::SquareRoot => x * x,
+        }
+    }
 }
 
 /// What one agent sees: s_TA of Eq. (1) for one sensor, s_FOA of Eq. (2) for several.

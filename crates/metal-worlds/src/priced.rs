@@ -1,5 +1,6 @@
 //! The same world at other prices: a front of return against cost needs one task at several.
 
+use metal_rl::belief::Belief;
 use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome, Picture};
 use metal_rl::random::Streams;
 
@@ -48,6 +49,10 @@ impl Environment for Priced {
 
     fn advise(&mut self) -> Option<usize> {
         self.inner.advise()
+    }
+
+    fn belief(&self) -> Option<Belief> {
+        self.inner.belief()
     }
 
     fn imagine(&self, streams: &Streams) -> Option<Box<dyn Environment>> {

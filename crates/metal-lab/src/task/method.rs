@@ -71,13 +71,14 @@ impl AttentionMethod {
     /// Counterfactual policy iteration for tasks of one step per episode: roll-outs are exact, so labels never age, and
     /// judging every row costs nothing; so a few iterations do, and the time goes into long fits. On CUBE, at most ten
     /// looks were better, and twice as fast, than as many as there are: nobody who learns from thirty looks finds out
-    /// which ten are worth their price.
+    /// which ten are worth their price. Where rows are imagined, the student is told what the model behind them believes.
     #[must_use]
     pub fn one_step() -> Self {
         const ITERATIONS: usize = 3;
         const BATCHES: usize = 6000;
         Self::Counterfactual(CounterfactualConfig {
             looks: LookRule::Adaptive { min_looks: 0, max_looks: 10 },
+            belief: true,
             iterations: ITERATIONS,
             window: ITERATIONS,
             judged: 1.0,

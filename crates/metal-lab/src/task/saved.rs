@@ -20,6 +20,9 @@ pub struct Card {
     pub format: u32,
     /// Version of the program that trained.
     pub version: String,
+    /// Revision of the program's source.
+    #[serde(default)]
+    pub git: String,
     /// The contract of the task.
     pub spec: EnvironmentSpec,
     /// Sensors that are experts' opinions.
@@ -49,6 +52,7 @@ pub fn save(mind: &Learned, path: &Path, seed: u64, notes: BTreeMap<String, Stri
     let card = Card {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_owned(),
+        git: env!("METAL_GIT_REVISION").to_owned(),
         spec: mind.spec.clone(),
         opinions: mind.opinions.clone(),
         recipe: mind.recipe.clone(),

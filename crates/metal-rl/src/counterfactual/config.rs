@@ -160,6 +160,9 @@ pub struct CounterfactualConfig {
     pub memory: MemoryConfig,
     /// How what it recollects is learned, if its memory has a place for that.
     pub recollection: RecollectionConfig,
+    /// Whether a student that learns in an imagined world is told what the model behind it believes after each look (see
+    /// [`Believer`](super::Believer)), where there is such a model.
+    pub belief: bool,
     /// The network.
     pub network: NetworkConfig,
     /// How it is fitted.
@@ -221,6 +224,7 @@ impl Default for CounterfactualConfig {
             content: Content::Readings,
             memory: MemoryConfig::default(),
             recollection: RecollectionConfig::default(),
+            belief: false,
             network: NetworkConfig::default(),
             fit: FitConfig::default(),
             iterations: 36,

@@ -23,6 +23,9 @@ pub(super) const SMALLEST: f64 = 1e-3;
 /// If there is no data.
 pub fn fit(student: &mut Student, data: &[&Judged], price_share: f64, streams: &Streams) -> f64 {
     assert!(!data.is_empty(), "there must be something to learn from");
+    if student.believer().is_some() {
+        return super::believer::fit(student, data, streams);
+    }
     let settings = student.config().fit.clone();
     let rate = student.config().network.adam.learning_rate;
     let lesson = |name: &str, n: usize, outputs: usize| {

@@ -126,9 +126,13 @@ pub fn iterate_term(
     observer: &mut dyn Observer,
 ) -> Result<Graduate, CounterfactualError> {
     let shape = student_shape(config, school.members, &school.roster, school.environment.spec())?;
+    let mut student = Student::new(config, &shape, &streams.child("student"))?;
+    if let Some(believer) = school.believer(config, &shape, streams) {
+        student.believe(believer);
+    }
     let mut course = Course {
         next: 0,
-        student: Student::new(config, &shape, &streams.child("student"))?,
+        student,
         window: VecDeque::new(),
         diary: Vec::new(),
         past: Vec::new(),

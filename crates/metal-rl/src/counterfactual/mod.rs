@@ -7,10 +7,14 @@
 //! One network holds the values for all sets of readings. In the order of the data:
 //! [`config`] → [`gaze`] → [`student`] → [`sight`] → [`judge`] → [`fit`] → [`mod@iterate`].
 //!
+//! Where the world is drawn from a model that can be asked ([`Believer`]), the model decides on moves and only looks are
+//! learned.
+//!
 //! Not in the paper: it answers the question of the paper's introduction, whether attention beats "a fixed subset (or
 //! a static combination) of sensors", on which its Phase III (see [`crate::policies::attention`]) stays open.
 
 pub mod appointment;
+mod believer;
 pub mod config;
 pub mod critic;
 pub mod diary;
@@ -29,6 +33,7 @@ pub mod student;
 mod trial;
 mod units;
 
+pub use believer::Believer;
 pub use config::{CounterfactualConfig, FitConfig, Inputs, Unit};
 pub use critic::CriticConfig;
 pub use diary::Iterate;

@@ -1,6 +1,7 @@
 //! The student: what every move, and every look, is worth for any set of readings. Eqs. (8, 9).
 
 use super::appointment::Diary;
+use super::believer::{Believer, Thoughts};
 use super::config::{CounterfactualConfig, NAME};
 use super::gaze::{Gaze, Layout};
 use super::recollection::{Lesson, Recollection};
@@ -69,6 +70,8 @@ pub struct Student {
     kept: IndexSet,
     units: Option<Units>,
     recollection: Option<Recollection>,
+    #[serde(default)]
+    believer: Option<Box<Believer>>,
 }
 
 /// Working memory for one student at a time.
@@ -77,6 +80,7 @@ pub struct Scratch {
     seen: Vec<f32>,
     raw: Vec<f32>,
     squares: Vec<f64>,
+    pub(super) thoughts: Thoughts,
     /// Values in units of reward, in the order of [`Student`]'s outputs.
     pub values: Vec<f64>,
 }
@@ -116,6 +120,7 @@ impl Student {
             kept: IndexSet::first(shape.blocks.len()),
             units: None,
             recollection,
+            believer: None,
         })
     }
 
@@ -148,7 +153,8 @@ impl Student {
             && student.recollection.as_ref().is_none_or(|recollection| recollection.fits(&layout))
             && student.recollection.is_some() != layout.recollection().is_empty()
             && student.kept.minus(IndexSet::first(layout.slots())).is_empty()
-            && student.units.iter().all(|units| units.fits(&layout));
+            && student.units.iter().all(|units| units.fits(&layout))
+            && student.believer.as_ref().is_none_or(|b| b.fits(&layout, shape.actions));
         if sound { Ok(student) } else { Err(frozen::foreign(NAME)) }
     }
 
@@ -191,7 +197,10 @@ impl Student {
     /// Number of weights of all networks.
     #[must_use]
     pub fn weights(&self) -> usize {
-        let networks: usize = self.networks.iter().chain([&self.value]).map(Network::weights).sum();
+        let networks = match &self.believer {
+            Some(believer) => believer.weights(),
+            None => self.networks.iter().chain([&self.value]).map(Network::weights).sum(),
+        };
         networks + self.recollection.as_ref().map_or(0, Recollection::weights)
     }
 
@@ -220,6 +229,19 @@ impl Student {
         let seen = lessons.iter().map(|lesson| &**lesson);
         recollection.learn((&self.layout, &self.config.recollection), seen, self.kept, streams);
         lessons.into_iter().for_each(|lesson| recollection.relive(&self.layout, lesson));
+    }
+
+    /// From now on it is told what a model believes, and values looks by that alone.
+    pub fn believe(&mut self, believer: Believer) {
+        self.believer = Some(Box::new(believer));
+    }
+
+    pub(super) fn believer(&self) -> Option<&Believer> {
+        self.believer.as_deref()
+    }
+
+    pub(super) fn believer_mut(&mut self) -> Option<&mut Believer> {
+        self.believer.as_deref_mut()
     }
 
     pub(super) fn networks_mut(&mut self) -> &mut [Network] {
@@ -295,12 +317,16 @@ impl Student {
             seen: vec![0.0; self.layout.width()],
             raw: vec![0.0; outputs],
             squares: vec![0.0; outputs],
+            thoughts: Thoughts::default(),
             values: vec![0.0; outputs],
         }
     }
 
     /// All values for a network input, into `scratch.values`.
     pub fn evaluate(&self, input: &[f32], scratch: &mut Scratch) {
+        if let Some(believer) = &self.believer {
+            return believer.evaluate(self, input, scratch);
+        }
         let n = self.networks.len() as f64;
         scratch.seen.copy_from_slice(input);
         if let Some(units) = &self.units {

@@ -7,7 +7,8 @@
 
 use super::mixture::{Gauss, Matrix, Moments, clusters, moments};
 use super::scales::{Scale, Units};
-use super::{Column, Data};
+use super::{Column, Data, Group, Verdict};
+use metal_rl::belief::{Belief, Hypothesis, Number};
 use metal_rl::num;
 use metal_rl::random::{Rng, Streams};
 
@@ -75,11 +76,58 @@ impl Imagination {
     }
 }
 
+impl Imagination {
+    /// What the model believes, for whoever buys the groups of `data` at this verdict.
+    #[must_use]
+    pub fn belief(&self, data: &Data, verdict: Verdict) -> Belief {
+        let columns: Vec<usize> = data.groups.iter().flat_map(|g| g.columns.iter().copied()).collect();
+        let length = |g: &Group| g.columns.iter().map(|&c| numbers(&data.columns[c])).sum();
+        let number = |&c: &usize| {
+            let column = &data.columns[c];
+            let value = Number::Value {
+                ruler: self.scales[c].ruler(column.low, column.high),
+                nullable: column.nullable,
+            };
+            std::iter::once(value).chain(column.nullable.then_some(Number::Known))
+        };
+        let spread = |of: &[f64]| -> Vec<f64> {
+            columns.iter().flat_map(|&c| vec![of[c]; numbers(&data.columns[c])]).collect()
+        };
+        let hypothesis = |(class, (log_prior, gauss)): (usize, &(f64, Gauss))| Hypothesis {
+            log_prior: *log_prior,
+            class,
+            means: spread(&gauss.mean),
+            variances: spread(&gauss.variance),
+        };
+        let hypotheses = self.classes.0.iter().flat_map(|cluster| cluster.iter().enumerate().map(hypothesis));
+        let classes = data.classes.len();
+        let reward =
+            |class: usize, action: usize| if class == action { verdict.right } else { verdict.wrong };
+        let rewards = (0..classes).map(|c| (0..classes).map(|a| reward(c, a)).collect()).collect();
+        Belief::new(
+            data.groups.iter().map(length).collect(),
+            columns.iter().flat_map(number).collect(),
+            hypotheses.collect(),
+            rewards,
+        )
+    }
+}
+
+/// How many numbers a column delivers.
+fn numbers(column: &Column) -> usize {
+    1 + usize::from(column.nullable)
+}
+
 impl Data {
     /// The same columns, groups and classes with `count` imagined rows in place of these.
     #[must_use]
     pub fn imagined(&self, rows: &[usize], count: usize, streams: &Streams) -> Self {
-        let model = Imagination::of(self, rows, &streams.child("model"));
+        self.drawn_from(&Imagination::of(self, rows, &streams.child("model")), count, streams)
+    }
+
+    /// The same with rows drawn from `model`.
+    #[must_use]
+    pub fn drawn_from(&self, model: &Imagination, count: usize, streams: &Streams) -> Self {
         let mut rng = streams.stream("draws");
         let empty = |c: &Column| Column { values: Vec::with_capacity(count), ..c.clone() };
         let mut columns: Vec<Column> = self.columns.iter().map(empty).collect();
@@ -281,5 +329,36 @@ mod tests {
         let told =
             (0..3000).filter(|&r| imagined.columns[1].values[r] == Some(imagined.labels[r] as f64)).count();
         assert!(told > 2900, "{told}");
+    }
+
+    /// Everything that a sensor of the table delivers for a row, in [0, 1] of its range.
+    fn readings(data: &Data, row: usize) -> Vec<f32> {
+        let cells = data.groups.iter().flat_map(|g| &g.columns).map(|&c| &data.columns[c]);
+        let reading = |c: &Column| {
+            let value = c.values[row].map_or(0.5, |x| (x - c.low) / (c.high - c.low)) as f32;
+            let known = c.values[row].map_or(0.0, |_| 1.0);
+            std::iter::once(value).chain(c.nullable.then_some(known))
+        };
+        cells.flat_map(reading).collect()
+    }
+
+    #[test]
+    fn belief_is_the_models_own_probability_of_classes() {
+        let mut data = cube(&CubeConfig { rows: 200, ..CubeConfig::default() });
+        let holes = data.columns[4].values.iter_mut().step_by(3);
+        holes.for_each(|value| *value = None);
+        data.columns[4] = Column::new("holes", std::mem::take(&mut data.columns[4].values));
+        let model = Imagination::of(&data, &rows(&data), &Streams::new(1));
+        let belief = model.belief(&data, Verdict::default());
+        let mut opinion = metal_rl::belief::Opinion::default();
+        for row in [0, 1, 3, 50] {
+            belief.update(&readings(&data, row), |_| true, &mut opinion);
+            let cell = |(c, s): (&Column, &Scale)| c.values[row].map_or(f64::NAN, |x| s.there(x));
+            let values = data.columns.iter().zip(&model.scales).map(cell).collect();
+            let matrix = Matrix { values, width: data.columns.len() };
+            let label = data.labels[row];
+            let loss = model.classes.loss(&matrix, &[label]);
+            assert!((num::exp(-loss) - opinion.classes[label]).abs() < 1e-3, "row {row}: {loss} {opinion:?}");
+        }
     }
 }

@@ -11,6 +11,7 @@ pub use cube::{CubeConfig, CubeNmConfig, cube, cube_nm};
 pub use data::{Column, Data, Group, TableError};
 pub use imagination::Imagination;
 
+use metal_rl::belief::Belief;
 use metal_rl::environment::{
     End, Environment, EnvironmentError, EnvironmentSpec, Feature, Outcome, SensorSpec,
 };
@@ -51,6 +52,7 @@ pub struct Tabular {
     spec: EnvironmentSpec,
     row: usize,
     measures: [f64; 1],
+    model: Option<Arc<Imagination>>,
 }
 
 impl Tabular {
@@ -59,7 +61,7 @@ impl Tabular {
     pub fn new(data: Arc<Data>, drawn: Arc<[usize]>, verdict: Verdict) -> Self {
         let spec = spec(&data);
         let row = drawn.first().copied().unwrap_or(0);
-        let mut world = Self { data, drawn, verdict, spec, row, measures: [0.0] };
+        let mut world = Self { data, drawn, verdict, spec, row, measures: [0.0], model: None };
         world.begin(0);
         world
     }
@@ -143,8 +145,14 @@ impl Environment for Tabular {
         if !MODELLED_ROWS.contains(&self.drawn.len()) {
             return None;
         }
-        let data = self.data.imagined(&self.drawn, IMAGINED_ROWS, streams);
-        Some(Box::new(Self::new(Arc::new(data), (0..IMAGINED_ROWS).collect(), self.verdict)))
+        let model = Imagination::of(&self.data, &self.drawn, &streams.child("model"));
+        let data = self.data.drawn_from(&model, IMAGINED_ROWS, streams);
+        let world = Self::new(Arc::new(data), (0..IMAGINED_ROWS).collect(), self.verdict);
+        Some(Box::new(Self { model: Some(Arc::new(model)), ..world }))
+    }
+
+    fn belief(&self) -> Option<Belief> {
+        self.model.as_ref().map(|model| model.belief(&self.data, self.verdict))
     }
 }
 

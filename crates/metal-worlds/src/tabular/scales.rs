@@ -48,6 +48,15 @@ impl Scale {
         }
     }
 
+    /// How to get from a value in [0, 1] of the range `low` to `high` to these units: knots of a piecewise linear line.
+    pub fn ruler(&self, low: f64, high: f64) -> Vec<[f64; 2]> {
+        let knot = |x: f64| [(x - low) / (high - low), self.there(x)];
+        match self.units {
+            Units::Spread => vec![knot(low), knot(high)],
+            Units::Ranks => self.distinct.iter().map(|&x| knot(x)).collect(),
+        }
+    }
+
     /// The value that is `z` in these units.
     pub fn back(&self, z: f64) -> f64 {
         match self.units {

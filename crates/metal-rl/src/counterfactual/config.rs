@@ -2,6 +2,7 @@
 
 use super::gaze::MemoryConfig;
 use super::judge::JudgeConfig;
+use super::mixture::MixtureConfig;
 use super::rule::LookRule;
 use crate::decision::Content;
 use crate::learner::LearnerError;
@@ -159,6 +160,8 @@ pub struct CounterfactualConfig {
     pub memory: MemoryConfig,
     /// The network.
     pub network: NetworkConfig,
+    /// A mixture of Gaussians in its place, if given.
+    pub mixture: Option<MixtureConfig>,
     /// How it is fitted.
     pub fit: FitConfig,
     /// Rounds of driving, judging and fitting; the phase's own steps are shared among them.
@@ -218,6 +221,7 @@ impl Default for CounterfactualConfig {
             content: Content::Readings,
             memory: MemoryConfig::default(),
             network: NetworkConfig::default(),
+            mixture: None,
             fit: FitConfig::default(),
             iterations: 36,
             window: 5,
@@ -248,6 +252,10 @@ impl CounterfactualConfig {
         if let JudgeConfig::Critic(critic) = &mut self.judge {
             critic.batches = less(critic.batches);
         }
+        if let Some(mixture) = &mut self.mixture {
+            let draws = (mixture.draws as f64 * share).round() as usize;
+            mixture.draws = draws.clamp(1, most.max(1).saturating_mul(self.fit.batch));
+        }
         self
     }
 
@@ -275,6 +283,9 @@ impl CounterfactualConfig {
         self.validate_looks()?;
         if let JudgeConfig::Critic(critic) = &self.judge {
             critic.validate()?;
+        }
+        if let Some(mixture) = &self.mixture {
+            mixture.validate()?;
         }
         count("iterations", self.iterations, 1..=10_000)?;
         count("window", self.window, 1..=10_000)?;

@@ -4,12 +4,13 @@
 //! worth under the student's own continuation (its own looks, its own prices): by default [`RollOuts`] in forked
 //! worlds with common noise, or a [`critic`] learned from the log where a world cannot be copied. Looks need no second world, because looking moves nothing: any order of looks can be
 //! replayed on a fully observed state, so a look is worth −price + the best that is known with one reading more.
-//! One network holds the values for all sets of readings. In the order of the data:
+//! One network, or one mixture of Gaussians ([`mixture`]), holds the values for all sets of readings. In the order of the data:
 //! [`config`] → [`gaze`] → [`student`] → [`sight`] → [`judge`] → [`fit`] → [`mod@iterate`].
 //!
 //! Not in the paper: it answers the question of the paper's introduction, whether attention beats "a fixed subset (or
 //! a static combination) of sensors", on which its Phase III (see [`crate::policies::attention`]) stays open.
 
+mod approximator;
 pub mod config;
 pub mod critic;
 pub mod diary;
@@ -19,6 +20,7 @@ pub mod gaze;
 pub mod iterate;
 pub mod judge;
 pub mod log;
+pub mod mixture;
 mod purse;
 pub mod roll_outs;
 pub mod rule;
@@ -33,6 +35,7 @@ pub use diary::Iterate;
 pub use gaze::MemoryConfig;
 pub use iterate::{CounterfactualError, Graduate, School, iterate};
 pub use judge::{Alone, Judge, JudgeConfig, Judged, Workers};
+pub use mixture::MixtureConfig;
 pub use roll_outs::RollOuts;
 pub use rule::{LookRule, UnknownMember};
 pub use student::{Student, StudentShape};

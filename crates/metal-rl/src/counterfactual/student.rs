@@ -1,12 +1,13 @@
 //! The student: what every move, and every look, is worth for any set of readings. Eqs. (8, 9).
 
+use super::approximator::{Approximator, Networks, Recall, Shape};
 use super::config::{CounterfactualConfig, NAME};
 use super::gaze::{Gaze, Layout};
+use super::mixture::Mixture;
 use super::rule::Rule;
 use super::units::Units;
 use crate::learner::LearnerError;
 use crate::learners::frozen;
-use crate::learners::nn::Network;
 use crate::num;
 use crate::random::Streams;
 use crate::set::IndexSet;
@@ -45,7 +46,7 @@ pub enum Next {
     Move(usize),
 }
 
-/// Networks over masked readings. In the order of the outputs: advantage of every motor action (its value minus that
+/// Networks over masked readings, or a mixture of Gaussians. In the order of the outputs: advantage of every motor action (its value minus that
 /// of the state's best one, so that what is only true of the state cancels), then worth of looking at every slot, in
 /// the same terms. A network of its own, asked only where a roll-out ends, knows the value of the state's best action:
 /// values are some ten times larger than advantages and would drown them.
@@ -60,8 +61,7 @@ pub struct Student {
     rule: Rule,
     prices: Vec<f64>,
     actions: usize,
-    networks: Vec<Network>,
-    value: Network,
+    approximator: Approximator,
     scale: Scale,
     wide_eyed: bool,
     kept: IndexSet,
@@ -72,8 +72,7 @@ pub struct Student {
 #[derive(Clone, Debug)]
 pub struct Scratch {
     seen: Vec<f32>,
-    raw: Vec<f32>,
-    squares: Vec<f64>,
+    recall: Recall,
     /// Values in units of reward, in the order of [`Student`]'s outputs.
     pub values: Vec<f64>,
 }
@@ -90,16 +89,10 @@ impl Student {
     ) -> Result<Self, LearnerError> {
         config.validate()?;
         let layout = Layout::new(&shape.blocks, config.memory, shape.actions);
-        let net = &config.network;
-        let network = |outputs: usize, streams: &Streams| {
-            let mut rng = streams.stream("weights");
-            Network::new(&widths(config, &layout, outputs), net.activation, net.adam, &mut rng)
-        };
-        let choices = outputs(shape.actions, &layout);
-        let nth = |i: usize| network(choices, &streams.nth(i as u64));
+        let own = Shape { actions: shape.actions, layout: &layout };
+        let approximator = Approximator::new(config, own, streams);
         Ok(Self {
-            networks: (0..net.ensemble).map(nth).collect(),
-            value: network(1, &streams.child("value")),
+            approximator,
             config: config.clone(),
             layout,
             rule: shape.rule,
@@ -129,15 +122,13 @@ impl Student {
     ) -> Result<Self, LearnerError> {
         let student: Self = frozen::open(NAME, bytes)?;
         let layout = Layout::new(&shape.blocks, config.memory, shape.actions);
-        let choices = widths(config, &layout, outputs(shape.actions, &layout));
+        let own = Shape { actions: shape.actions, layout: &layout };
         let sound = student.config == *config
             && student.layout == layout
             && student.rule == shape.rule
             && student.prices == shape.prices
             && student.actions == shape.actions
-            && student.networks.len() == config.network.ensemble
-            && student.networks.iter().all(|n| n.fits(&choices))
-            && student.value.fits(&widths(config, &layout, 1));
+            && student.approximator.fits(config, own);
         if sound { Ok(student) } else { Err(frozen::foreign(NAME)) }
     }
 
@@ -177,18 +168,37 @@ impl Student {
         self.actions
     }
 
-    /// Number of weights of all networks.
+    /// Number of weights of all networks, or of the mixture.
     #[must_use]
     pub fn weights(&self) -> usize {
-        self.networks.iter().chain([&self.value]).map(Network::weights).sum()
+        self.approximator.weights()
     }
 
-    pub(super) fn networks_mut(&mut self) -> &mut [Network] {
-        &mut self.networks
+    /// Its networks.
+    ///
+    /// # Panics
+    /// If it is a mixture, which is taught otherwise.
+    pub(super) fn networks_mut(&mut self) -> &mut Networks {
+        match &mut self.approximator {
+            Approximator::Networks(networks) => networks,
+            Approximator::Mixture(_) => panic!("a mixture has no networks"),
+        }
     }
 
-    pub(super) fn value_mut(&mut self) -> &mut Network {
-        &mut self.value
+    /// Its mixture, if it is one.
+    pub(super) fn mixture(&self) -> Option<&Mixture> {
+        match &self.approximator {
+            Approximator::Networks(_) => None,
+            Approximator::Mixture(mixture) => Some(mixture),
+        }
+    }
+
+    /// Its mixture, to be taught.
+    pub(super) fn mixture_mut(&mut self) -> Option<&mut Mixture> {
+        match &mut self.approximator {
+            Approximator::Networks(_) => None,
+            Approximator::Mixture(mixture) => Some(mixture),
+        }
     }
 
     pub(super) fn scale(&self) -> Scale {
@@ -197,12 +207,7 @@ impl Student {
 
     /// Changes the units; what was learned stays the same.
     pub(super) fn set_scale(&mut self, new: Scale) {
-        let old = self.scale;
-        for network in &mut self.networks {
-            network.rescale_outputs((old.advantage / new.advantage) as f32, 0.0);
-        }
-        let shift = (old.centre - new.centre) / new.value;
-        self.value.rescale_outputs((old.value / new.value) as f32, shift as f32);
+        self.approximator.rescale(self.scale, new);
         self.scale = new;
     }
 
@@ -251,41 +256,22 @@ impl Student {
     /// Working memory of the right size.
     #[must_use]
     pub fn scratch(&self) -> Scratch {
-        let outputs = outputs(self.actions, &self.layout);
+        let outputs = Shape { actions: self.actions, layout: &self.layout }.outputs();
         Scratch {
             seen: vec![0.0; self.layout.width()],
-            raw: vec![0.0; outputs],
-            squares: vec![0.0; outputs],
+            recall: Recall::new(outputs),
             values: vec![0.0; outputs],
         }
     }
 
     /// All values for a network input, into `scratch.values`.
     pub fn evaluate(&self, input: &[f32], scratch: &mut Scratch) {
-        let n = self.networks.len() as f64;
         scratch.seen.copy_from_slice(input);
         if let Some(units) = &self.units {
             units.apply(&self.layout, &mut scratch.seen);
         }
-        scratch.values.fill(0.0);
-        scratch.squares.fill(0.0);
-        for network in &self.networks {
-            network.forward(&scratch.seen, &mut scratch.raw);
-            for (sum, &z) in scratch.values.iter_mut().zip(&scratch.raw) {
-                *sum += f64::from(z) / n;
-            }
-            for (sum, &z) in scratch.squares.iter_mut().zip(&scratch.raw) {
-                *sum += f64::from(z) * f64::from(z) / n;
-            }
-        }
-        let caution = self.config.network.caution;
-        if caution > 0.0 {
-            let (moves, stop) = (0..self.actions, self.stop());
-            for output in moves.chain([stop]) {
-                let (mean, square) = (scratch.values[output], scratch.squares[output]);
-                scratch.values[output] -= caution * (square - mean * mean).max(0.0).sqrt();
-            }
-        }
+        let caution = (self.actions, self.config.network.caution);
+        self.approximator.evaluate(&scratch.seen, caution, &mut scratch.values, &mut scratch.recall);
         scratch.values.iter_mut().for_each(|value| *value *= self.scale.advantage);
     }
 
@@ -359,20 +345,9 @@ impl Student {
     /// What the future is worth to who decides on `action`, where the values in `scratch` were evaluated last.
     #[must_use]
     pub fn worth(&self, action: usize, scratch: &Scratch) -> f64 {
-        let mut value = [0.0];
-        self.value.forward(&scratch.seen, &mut value);
-        self.scale.centre + self.scale.value * f64::from(value[0]) + scratch.values[action]
+        let value = self.approximator.value(&scratch.seen, &scratch.recall);
+        self.scale.centre + self.scale.value * value + scratch.values[action]
     }
-}
-
-/// Moves, looks, and moving now.
-fn outputs(actions: usize, layout: &Layout) -> usize {
-    actions + layout.slots() + 1
-}
-
-fn widths(config: &CounterfactualConfig, layout: &Layout, outputs: usize) -> Vec<usize> {
-    let hidden = config.network.hidden.iter().copied();
-    std::iter::once(layout.width()).chain(hidden).chain([outputs]).collect()
 }
 
 #[cfg(test)]

@@ -184,7 +184,7 @@ mod tests {
         let mut rng = Rng::new(8);
         let mut moments = Moments { count, ..Moments::default() };
         for n in 0..count {
-            let (side, slope) = if n % 2 == 0 { (-2.0, 0.8) } else { (2.0, -0.5) };
+            let (side, slope) = if n % 2 == 0 { (-6.0, 0.8) } else { (6.0, -0.5) };
             let first = side + rng.normal();
             let second = slope * (first - side) + 0.3 * rng.normal();
             moments.features.extend([first, second, second + first + 0.1 * rng.normal()]);
@@ -198,17 +198,17 @@ mod tests {
         let (moments, blocks) = (clouds(600), vec![0..1, 1..3]);
         let prior = Prior::of(&moments, &blocks, 1e-4, 1e-6);
         let mut density = start((blocks, 1, 2), &moments, &prior, &mut Rng::new(3));
-        let likelihoods: Vec<f64> = (0..40).map(|_| sweep(&mut density, &moments, &prior).0).collect();
+        let likelihoods: Vec<f64> = (0..60).map(|_| sweep(&mut density, &moments, &prior).0).collect();
         let rises = likelihoods.windows(2).all(|pair| pair[1] > pair[0] - 1e-6);
-        assert!(rises && likelihoods[39] > likelihoods[0] + 0.3, "{likelihoods:?}");
+        assert!(rises && likelihoods[59] > likelihoods[0] + 0.3, "{likelihoods:?}");
         // Given the first feature of the left cloud, the second follows its slope.
         let mut belief = density.belief();
         let mut mean = |x: f64| {
             density.infer(&[x, 0.0, 0.0], &[true, false], &mut belief);
             belief.active.iter().map(|&(c, r)| r * density.expected((c, 1), &belief)).sum::<f64>()
         };
-        assert!((mean(-3.5) - mean(-4.5) - 0.8).abs() < 0.15, "{} {}", mean(-3.5), mean(-4.5));
-        assert!((mean(4.5) - mean(3.5) + 0.5).abs() < 0.15);
+        assert!((mean(-6.5) - mean(-7.5) - 0.8).abs() < 0.15, "{} {}", mean(-6.5), mean(-7.5));
+        assert!((mean(6.5) - mean(5.5) + 0.5).abs() < 0.15);
     }
 
     #[test]

@@ -91,6 +91,7 @@ impl Mixture {
     pub fn rescale(&mut self, gain: f64, value: (f64, f64)) {
         let Some(knowledge) = &mut self.knowledge else { return };
         knowledge.density.scale_targets(gain);
+        knowledge.information.rescale(gain);
         let shape = knowledge.heads.shape();
         let (last, hints) = (shape.outputs - 1, shape.inputs - HINTS);
         (0..last).for_each(|output| knowledge.heads.rescale(output, (gain, 0.0), hints));
@@ -145,19 +146,22 @@ impl Knowledge {
         work.inputs[shape.inputs - HINTS..].fill(0.0);
     }
 
-    /// What all moves are worth by every component, and together.
+    /// What all moves are worth by every component, and together; and the value of the state.
     fn value_moves(&self, (moves, actions): (Moves, usize), values: &mut [f64], work: &mut Work) {
         let last = self.heads.shape().outputs - 1;
         work.opinions.clear();
         for &(c, share) in &work.belief.active {
             self.locate(c, &work.belief, &mut work.inputs);
             for (a, value) in values[..actions].iter_mut().enumerate() {
-                let opinion = match moves {
-                    Moves::Marginal => self.density.expected((c, self.blocks.features() + a), &work.belief),
-                    Moves::Fitted => self.heads.value((c, a), &work.inputs),
-                };
+                // What a component holds a move to be worth if it were the right one. A fitted value is no such thing:
+                // where nothing was seen, all components learn the same.
+                let opinion = self.density.expected((c, self.blocks.features() + a), &work.belief);
                 work.opinions.push(opinion);
-                *value += share * opinion;
+                *value += share
+                    * match moves {
+                        Moves::Marginal => opinion,
+                        Moves::Fitted => self.heads.value((c, a), &work.inputs),
+                    };
             }
             work.value += share * self.heads.value((c, last), &work.inputs);
         }

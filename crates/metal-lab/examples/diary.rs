@@ -135,6 +135,7 @@ struct Anatomy {
     kinds: [Option<usize>; 4],
     gap: Option<usize>,
     costs: [f64; 4],
+    paid: f64,
     all: Class,
     ages: [Class; AGES],
     gaps: [Class; GAPS_M.len() + 1],
@@ -157,6 +158,7 @@ impl Observer for Anatomy {
             self.seen.resize(self.seen.len().max(sensor + 1), 0.0);
             self.seen[sensor] += 1.0;
         }
+        self.paid += step.look_price;
         self.all.add(step);
         self.ages[self.age].add(step);
         let bucket = GAPS_M.iter().position(|&gap| self.last_gap < gap).unwrap_or(GAPS_M.len());
@@ -169,6 +171,8 @@ impl Anatomy {
     fn print(&self) {
         let n = self.all.steps.max(1.0);
         let [accident, road, lane, smooth] = self.costs.map(|cost| cost / n);
+        let (motor, looks) = (-self.all.cost / n, self.all.looks / n);
+        println!("anew: {:.3} (motor {motor:.3}, {looks:.3} looks)", motor - self.paid / n);
         println!("  accident {accident:.2}, road {road:.2}, lane {lane:.2}, smooth {smooth:.2}");
         self.all.print("all", n);
         for (age, class) in self.ages.iter().enumerate() {

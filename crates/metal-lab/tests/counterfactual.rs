@@ -67,6 +67,15 @@ fn the_toy_is_learned_to_near_its_optimum() {
     assert_eq!((diary.own_steps, diary.rolled_steps), (5000, 25_000), "each of five moves of every state");
 }
 
+#[test]
+fn a_mixture_of_gaussians_comes_near_it_too() {
+    let mixture = "network = { adam = { learning_rate = 0.005 } }\nmixture = {}";
+    let plan = toy(&TOY.replace("network = { adam = { learning_rate = 0.005 } }", mixture), 5000);
+    let (total, looks) = tested(&plan, &trained(&plan, 1).mind, 10_000);
+    assert!(total >= optimum().value / 0.86, "{total} per decision, at best {}", optimum().value);
+    assert!((2.0..3.2).contains(&looks), "{looks} looks per decision");
+}
+
 fn frozen(mind: &Mind) -> FrozenMind {
     let roster = ROSTER.map(String::from).to_vec();
     mind.freeze(&BTreeMap::from([("acl".to_owned(), roster)]))
@@ -150,6 +159,14 @@ fn threads_change_nothing_and_a_frozen_student_goes_on() {
     let thawed = Mind::thaw(&plan, &one).unwrap();
     assert_eq!(frozen(&thawed), one);
     assert!(thawed.has_attention("acl"));
+    let mixture = toy(&format!("{SHORT}\nmixture = {{ components = 9, draws = 500, rounds = 2 }}"), 600);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| frozen(&trained(&mixture, 5).mind))
+    };
+    let one_mixture = on(1);
+    assert!(one_mixture == on(4) && one_mixture != one, "the same mixture on any number of threads");
+    assert_eq!(frozen(&Mind::thaw(&mixture, &one_mixture).unwrap()), one_mixture);
     let other = toy(&SHORT.replace("steps = 3", "steps = 4"), 600);
     assert!(Mind::thaw(&other, &one).is_err(), "settings are part of a student");
 }

@@ -2,6 +2,7 @@
 
 use super::gaze::MemoryConfig;
 use super::judge::JudgeConfig;
+use super::mixture::MixtureConfig;
 use super::recollection::{RecollectionConfig, is_size};
 use super::rule::LookRule;
 use crate::decision::Content;
@@ -165,6 +166,8 @@ pub struct CounterfactualConfig {
     pub belief: bool,
     /// The network.
     pub network: NetworkConfig,
+    /// A mixture of Gaussians in its place, if given.
+    pub mixture: Option<MixtureConfig>,
     /// How it is fitted.
     pub fit: FitConfig,
     /// Rounds of driving, judging and fitting; the phase's own steps are shared among them.
@@ -226,6 +229,7 @@ impl Default for CounterfactualConfig {
             recollection: RecollectionConfig::default(),
             belief: false,
             network: NetworkConfig::default(),
+            mixture: None,
             fit: FitConfig::default(),
             iterations: 36,
             window: 5,
@@ -256,6 +260,10 @@ impl CounterfactualConfig {
         if let JudgeConfig::Critic(critic) = &mut self.judge {
             critic.batches = less(critic.batches);
         }
+        if let Some(mixture) = &mut self.mixture {
+            let draws = (mixture.draws as f64 * share).round() as usize;
+            mixture.draws = draws.clamp(1, most.max(1).saturating_mul(self.fit.batch));
+        }
         self
     }
 
@@ -284,6 +292,12 @@ impl CounterfactualConfig {
         self.validate_recollection()?;
         if let JudgeConfig::Critic(critic) = &self.judge {
             critic.validate()?;
+        }
+        if let Some(mixture) = &self.mixture {
+            mixture.validate()?;
+            let plain = self.memory.recurrent == 0 && !matches!(self.looks, LookRule::Appointed { .. });
+            let allowed = "has no place for what is recollected (`memory.recurrent`) or appointed (`looks`)";
+            within("mixture", mixture.components as f64, plain, allowed)?;
         }
         count("iterations", self.iterations, 1..=10_000)?;
         count("window", self.window, 1..=10_000)?;

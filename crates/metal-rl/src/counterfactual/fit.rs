@@ -2,6 +2,7 @@
 
 use super::config::{FitConfig, Unit};
 use super::judge::Judged;
+use super::mixture;
 use super::rule::Rule;
 use super::student::{Scale, Scratch, Student};
 use crate::learners::nn::{Batch, Network};
@@ -12,7 +13,7 @@ use crate::set::IndexSet;
 /// Smallest unit, against labels that are all alike.
 pub(super) const SMALLEST: f64 = 1e-3;
 
-/// Trains every network of `student` on `data`; returns the mean loss of moves and looks over the last half.
+/// Trains every network of `student`, or its mixture, on `data`; returns the mean loss of moves and looks over the last half.
 ///
 /// # Formula
 /// move a, seen through mask m: Q(s, a) − max Q(s, ·);  value: max Q(s, ·);
@@ -25,6 +26,9 @@ pub fn fit(student: &mut Student, data: &[&Judged], price_share: f64, streams: &
     assert!(!data.is_empty(), "there must be something to learn from");
     if student.believer().is_some() {
         return super::believer::fit(student, data, streams);
+    }
+    if let Some(config) = student.config().mixture.clone() {
+        return mixture::fit(student, &config, (data, price_share), streams);
     }
     let settings = student.config().fit.clone();
     let rate = student.config().network.adam.learning_rate;
@@ -42,19 +46,19 @@ pub fn fit(student: &mut Student, data: &[&Judged], price_share: f64, streams: &
             let pace = Pace::new(&settings, rate, batch);
             for (n, pupil) in pupils.iter_mut().enumerate() {
                 pupil.draw_choices(&teacher, data, price_share);
-                let error = pupil.train(&mut student.networks_mut()[n], pace);
+                let error = pupil.train(&mut student.networks_mut().choices[n], pace);
                 if 2 * batch >= settings.batches {
                     loss.add(error);
                 }
             }
             value.draw_values(&teacher, data);
-            value.train(student.value_mut(), pace);
+            value.train(&mut student.networks_mut().value, pace);
         }
     }
-    for (pupil, network) in pupils.into_iter().zip(student.networks_mut()) {
+    for (pupil, network) in pupils.into_iter().zip(&mut student.networks_mut().choices) {
         pupil.hand_over(network);
     }
-    value.hand_over(student.value_mut());
+    value.hand_over(&mut student.networks_mut().value);
     loss.mean()
 }
 
@@ -116,7 +120,7 @@ impl Pace {
 }
 
 /// One network's batches.
-struct Lesson {
+pub(super) struct Lesson {
     rng: Rng,
     rows: usize,
     width: usize,
@@ -130,7 +134,8 @@ struct Lesson {
 }
 
 impl Lesson {
-    fn new(student: &Student, (outputs, rows): (usize, usize), rng: Rng) -> Self {
+    /// Batches of `rows` samples; one output more than there are choices holds the values of states.
+    pub fn new(student: &Student, (outputs, rows): (usize, usize), rng: Rng) -> Self {
         let width = student.layout().width();
         Self {
             rng,
@@ -176,8 +181,13 @@ impl Lesson {
         (judged, mask)
     }
 
+    /// Inputs, targets and weights of the batch.
+    pub fn rows(&self) -> (&[f32], &[f32], &[f32]) {
+        (&self.inputs, &self.targets, &self.weights)
+    }
+
     /// Fills the batch with what moves and looks are worth.
-    fn draw_choices(&mut self, teacher: &Student, data: &[&Judged], price_share: f64) {
+    pub fn draw_choices(&mut self, teacher: &Student, data: &[&Judged], price_share: f64) {
         self.weights.fill(0.0);
         let unit = teacher.scale().advantage;
         for row in 0..self.rows {
@@ -190,6 +200,10 @@ impl Lesson {
                     let output = teacher.actions() + teacher.diary().index(kept.appointment);
                     self.label((row, output), kept.worth / unit, 1.0);
                 }
+            }
+            if self.outputs > teacher.stop() + 1 {
+                let scale = teacher.scale();
+                self.label((row, teacher.stop() + 1), (judged.value - scale.centre) / scale.value, 1.0);
             }
             if !teacher.open_looks(mask).is_empty() {
                 let now = self.label_stop(row, (judged, mask), teacher);

@@ -41,6 +41,18 @@ pub struct Layout {
     actions: usize,
 }
 
+/// A part of an input that is known as a whole or not at all.
+pub(super) struct Part {
+    /// Where it lies.
+    pub place: std::ops::Range<usize>,
+    /// The number of the input that is above 0 if it is known; none: it always is.
+    pub flag: Option<usize>,
+    /// The slot it comes from.
+    pub owner: Option<usize>,
+    /// Whether it is of this motor step.
+    pub now: bool,
+}
+
 impl Layout {
     /// The layout for members whose readings have these lengths.
     #[must_use]
@@ -125,6 +137,21 @@ impl Layout {
     /// How many earlier readings of each slot are remembered.
     pub(super) fn depth(&self) -> usize {
         self.memory.looks
+    }
+
+    /// The parts of an input that are known together or not at all: readings of this motor step, memories with their
+    /// ages, and what is always known.
+    pub(super) fn parts(&self) -> Vec<Part> {
+        let reading =
+            |slot| Part { place: self.block(slot), flag: Some(self.bit(slot)), owner: Some(slot), now: true };
+        let memory = |slot, depth| {
+            let place = self.remembered(slot, depth);
+            Part { place: place.start..place.end + 1, flag: Some(place.end), owner: Some(slot), now: false }
+        };
+        let memories =
+            (0..self.depth()).flat_map(|depth| (0..self.slots()).map(move |slot| memory(slot, depth)));
+        let always = Part { place: self.actions_at()..self.width(), flag: None, owner: None, now: true };
+        (0..self.slots()).map(reading).chain(memories).chain([always]).collect()
     }
 
     fn actions_at(&self) -> usize {

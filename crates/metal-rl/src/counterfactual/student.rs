@@ -1,15 +1,16 @@
 //! The student: what every move, and every look, is worth for any set of readings. Eqs. (8, 9).
 
 use super::appointment::Diary;
+use super::approximator::{Approximator, Networks, Recall, Shape};
 use super::believer::{Believer, Thoughts};
 use super::config::{CounterfactualConfig, NAME};
 use super::gaze::{Gaze, Layout};
+use super::mixture::Mixture;
 use super::recollection::{Lesson, Recollection};
 use super::rule::Rule;
 use super::units::Units;
 use crate::learner::LearnerError;
 use crate::learners::frozen;
-use crate::learners::nn::Network;
 use crate::num;
 use crate::random::Streams;
 use crate::set::IndexSet;
@@ -48,7 +49,7 @@ pub enum Next {
     Move(usize),
 }
 
-/// Networks over masked readings. In the order of the outputs: advantage of every motor action (its value minus that
+/// Networks over masked readings, or a mixture of Gaussians. In the order of the outputs: advantage of every motor action (its value minus that
 /// of the state's best one, so that what is only true of the state cancels), then worth of looking at every slot, in
 /// the same terms. A network of its own, asked only where a roll-out ends, knows the value of the state's best action:
 /// values are some ten times larger than advantages and would drown them.
@@ -63,8 +64,7 @@ pub struct Student {
     rule: Rule,
     prices: Vec<f64>,
     actions: usize,
-    networks: Vec<Network>,
-    value: Network,
+    approximator: Approximator,
     scale: Scale,
     wide_eyed: bool,
     kept: IndexSet,
@@ -78,9 +78,8 @@ pub struct Student {
 #[derive(Clone, Debug)]
 pub struct Scratch {
     seen: Vec<f32>,
-    raw: Vec<f32>,
-    squares: Vec<f64>,
     pub(super) thoughts: Thoughts,
+    recall: Recall,
     /// Values in units of reward, in the order of [`Student`]'s outputs.
     pub values: Vec<f64>,
 }
@@ -97,19 +96,13 @@ impl Student {
     ) -> Result<Self, LearnerError> {
         config.validate()?;
         let layout = Layout::new(&shape.blocks, config.memory, shape.actions);
-        let net = &config.network;
-        let network = |outputs: usize, streams: &Streams| {
-            let mut rng = streams.stream("weights");
-            Network::new(&widths(config, &layout, outputs), net.activation, net.adam, &mut rng)
-        };
-        let choices = outputs(shape.actions, &layout, shape.rule);
-        let nth = |i: usize| network(choices, &streams.nth(i as u64));
         let recollects = !layout.recollection().is_empty();
         let recollection = recollects
             .then(|| Recollection::new(&layout, &config.recollection, &mut streams.stream("recollection")));
+        let own = own_shape(shape.actions, &layout, shape.rule);
+        let approximator = Approximator::new(config, own, streams);
         Ok(Self {
-            networks: (0..net.ensemble).map(nth).collect(),
-            value: network(1, &streams.child("value")),
+            approximator,
             config: config.clone(),
             layout,
             rule: shape.rule,
@@ -141,15 +134,13 @@ impl Student {
     ) -> Result<Self, LearnerError> {
         let student: Self = frozen::open(NAME, bytes)?;
         let layout = Layout::new(&shape.blocks, config.memory, shape.actions);
-        let choices = widths(config, &layout, outputs(shape.actions, &layout, shape.rule));
+        let own = own_shape(shape.actions, &layout, shape.rule);
         let sound = student.config == *config
             && student.layout == layout
             && student.rule == shape.rule
             && student.prices == shape.prices
             && student.actions == shape.actions
-            && student.networks.len() == config.network.ensemble
-            && student.networks.iter().all(|n| n.fits(&choices))
-            && student.value.fits(&widths(config, &layout, 1))
+            && student.approximator.fits(config, own)
             && student.recollection.as_ref().is_none_or(|recollection| recollection.fits(&layout))
             && student.recollection.is_some() != layout.recollection().is_empty()
             && student.kept.minus(IndexSet::first(layout.slots())).is_empty()
@@ -194,14 +185,14 @@ impl Student {
         self.actions
     }
 
-    /// Number of weights of all networks.
+    /// Number of weights of all networks, or of the mixture.
     #[must_use]
     pub fn weights(&self) -> usize {
-        let networks = match &self.believer {
+        let values = match &self.believer {
             Some(believer) => believer.weights(),
-            None => self.networks.iter().chain([&self.value]).map(Network::weights).sum(),
+            None => self.approximator.weights(),
         };
-        networks + self.recollection.as_ref().map_or(0, Recollection::weights)
+        values + self.recollection.as_ref().map_or(0, Recollection::weights)
     }
 
     /// What it carries along from motor step to motor step, if anything.
@@ -244,12 +235,31 @@ impl Student {
         self.believer.as_deref_mut()
     }
 
-    pub(super) fn networks_mut(&mut self) -> &mut [Network] {
-        &mut self.networks
+    /// Its networks.
+    ///
+    /// # Panics
+    /// If it is a mixture, which is taught otherwise.
+    pub(super) fn networks_mut(&mut self) -> &mut Networks {
+        match &mut self.approximator {
+            Approximator::Networks(networks) => networks,
+            Approximator::Mixture(_) => panic!("a mixture has no networks"),
+        }
     }
 
-    pub(super) fn value_mut(&mut self) -> &mut Network {
-        &mut self.value
+    /// Its mixture, if it is one.
+    pub(super) fn mixture(&self) -> Option<&Mixture> {
+        match &self.approximator {
+            Approximator::Networks(_) => None,
+            Approximator::Mixture(mixture) => Some(mixture),
+        }
+    }
+
+    /// Its mixture, to be taught.
+    pub(super) fn mixture_mut(&mut self) -> Option<&mut Mixture> {
+        match &mut self.approximator {
+            Approximator::Networks(_) => None,
+            Approximator::Mixture(mixture) => Some(mixture),
+        }
     }
 
     pub(super) fn scale(&self) -> Scale {
@@ -258,12 +268,7 @@ impl Student {
 
     /// Changes the units; what was learned stays the same.
     pub(super) fn set_scale(&mut self, new: Scale) {
-        let old = self.scale;
-        for network in &mut self.networks {
-            network.rescale_outputs((old.advantage / new.advantage) as f32, 0.0);
-        }
-        let shift = (old.centre - new.centre) / new.value;
-        self.value.rescale_outputs((old.value / new.value) as f32, shift as f32);
+        self.approximator.rescale(self.scale, new);
         self.scale = new;
     }
 
@@ -312,12 +317,11 @@ impl Student {
     /// Working memory of the right size.
     #[must_use]
     pub fn scratch(&self) -> Scratch {
-        let outputs = outputs(self.actions, &self.layout, self.rule);
+        let outputs = own_shape(self.actions, &self.layout, self.rule).outputs();
         Scratch {
             seen: vec![0.0; self.layout.width()],
-            raw: vec![0.0; outputs],
-            squares: vec![0.0; outputs],
             thoughts: Thoughts::default(),
+            recall: Recall::new(outputs),
             values: vec![0.0; outputs],
         }
     }
@@ -327,37 +331,19 @@ impl Student {
         if let Some(believer) = &self.believer {
             return believer.evaluate(self, input, scratch);
         }
-        let n = self.networks.len() as f64;
         scratch.seen.copy_from_slice(input);
         if let Some(units) = &self.units {
             units.apply(&self.layout, &mut scratch.seen);
         }
-        scratch.values.fill(0.0);
-        scratch.squares.fill(0.0);
-        for network in &self.networks {
-            network.forward(&scratch.seen, &mut scratch.raw);
-            for (sum, &z) in scratch.values.iter_mut().zip(&scratch.raw) {
-                *sum += f64::from(z) / n;
-            }
-            for (sum, &z) in scratch.squares.iter_mut().zip(&scratch.raw) {
-                *sum += f64::from(z) * f64::from(z) / n;
-            }
-        }
-        let caution = self.config.network.caution;
-        if caution > 0.0 {
-            let (moves, stop) = (0..self.actions, self.stop());
-            for output in moves.chain([stop]) {
-                let (mean, square) = (scratch.values[output], scratch.squares[output]);
-                scratch.values[output] -= caution * (square - mean * mean).max(0.0).sqrt();
-            }
-        }
+        let caution = (self.actions, self.config.network.caution);
+        self.approximator.evaluate(&scratch.seen, caution, &mut scratch.values, &mut scratch.recall);
         scratch.values.iter_mut().for_each(|value| *value *= self.scale.advantage);
     }
 
     /// Which output is the worth of moving now.
     #[must_use]
     pub fn stop(&self) -> usize {
-        self.actions + looks(&self.layout, self.rule)
+        self.actions + self.diary().len()
     }
 
     /// The looks it can appoint.
@@ -434,30 +420,19 @@ impl Student {
     /// What the future is worth to who decides on `action`, where the values in `scratch` were evaluated last.
     #[must_use]
     pub fn worth(&self, action: usize, scratch: &Scratch) -> f64 {
-        let mut value = [0.0];
-        self.value.forward(&scratch.seen, &mut value);
-        self.scale.centre + self.scale.value * f64::from(value[0]) + scratch.values[action]
+        let value = self.approximator.value(&scratch.seen, &scratch.recall);
+        self.scale.centre + self.scale.value * value + scratch.values[action]
     }
 }
 
-/// Moves, looks, and moving now.
-fn outputs(actions: usize, layout: &Layout, rule: Rule) -> usize {
-    actions + looks(layout, rule) + 1
+fn own_shape(actions: usize, layout: &Layout, rule: Rule) -> Shape<'_> {
+    Shape { actions, layout, looks: diary(layout, rule).len() }
 }
 
 /// Looks that are valued: one per slot, or per appointment.
-fn looks(layout: &Layout, rule: Rule) -> usize {
-    diary(layout, rule).len()
-}
-
 fn diary(layout: &Layout, rule: Rule) -> Diary {
     let ahead = if let Rule::Appointed { ahead, .. } = rule { ahead } else { 0 };
     Diary { slots: layout.slots(), ahead }
-}
-
-fn widths(config: &CounterfactualConfig, layout: &Layout, outputs: usize) -> Vec<usize> {
-    let hidden = config.network.hidden.iter().copied();
-    std::iter::once(layout.width()).chain(hidden).chain([outputs]).collect()
 }
 
 #[cfg(test)]

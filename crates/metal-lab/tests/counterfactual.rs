@@ -268,6 +268,34 @@ fn the_maze_is_left_by_the_shortest_way_with_both_looks() {
 }
 
 #[test]
+fn appointed_looks_are_all_that_is_read_and_threads_change_nothing() {
+    let text = MAZE
+        .replace("steps = 3000", "steps = 900")
+        .replace("batches = 400", "batches = 60")
+        .replace("{ adaptive = { max_looks = 2 } }", "{ appointed = { max_looks = 2, ahead = 3 } }")
+        .replace("horizon = 12", "horizon = 12\nmemory = { recurrent = 16 }\nrecollection = { batches = 10 }");
+    let plan = plan::parse(&text, &[]).unwrap();
+    let roster = BTreeMap::from([("acl".to_owned(), vec!["X".to_owned(), "Y".to_owned()])]);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| trained(&plan, 5).mind.freeze(&roster))
+    };
+    let one = on(1);
+    assert_eq!(one, on(4));
+    let mind = Mind::thaw(&plan, &one).unwrap();
+    assert_eq!(mind.freeze(&roster), one);
+    let row = &plan.file.policy["acl"];
+    let everybody = plan.roster(&row.roster);
+    let candidate = Candidate { plan: &plan, mind: &mind, acting: &row.acting, roster: everybody, blind: 0 };
+    let read = Arc::<Mutex<IndexSet>>::default();
+    let mut world = Minutes(plan.file.environment.build().unwrap(), read.clone());
+    let prices = plan.spec.sensors.iter().map(|s| s.price).collect();
+    let mut auditor = Auditor { read, prices, unread: 0 };
+    drive(&candidate, &mut world, (40, &Streams::new(9)), &mut auditor).unwrap();
+    assert!(auditor.unread > 40, "it attends so much that this test shows nothing");
+}
+
+#[test]
 fn fixed_subsets_learn_by_the_same_recipe_and_keep_to_their_looks() {
     let subsets = "\n[subsets]\nlike = \"attention\"\nbudget_of = [\"attention\"]\nevery = [1, 2]\n\
                    screening_share = 0.5\nscreening_seeds = 1\nscreening_runs = 5\nconfirmed = 1\n";
@@ -315,6 +343,8 @@ fn what_cannot_be_is_refused_where_it_stands() {
     assert!(gamma.contains("attention.acl.counterfactual.gamma") && gamma.contains("[0, 1)"), "{gamma}");
     let teaching = refused("teaching = \"nobody\"", "teaching = \"attended\"");
     assert!(teaching.contains("phase.attention.teaching") && teaching.contains("nobody"), "{teaching}");
+    let units = refused("recurrent = 0", "recurrent = 20");
+    assert!(units.contains("memory.recurrent") && units.contains("multiple of 16"), "{units}");
     let both = refused(
         "[attention.acl.counterfactual]",
         "[attention.acl]\nlearner = \"acl\"\n[attention.acl.counterfactual]",

@@ -116,3 +116,11 @@ fn with_a_critic() {
     let critic = "judge = { critic = { batches = 20, capacity = 500, labels = 300, hidden = [16] } }";
     ends_the_same("pause-critic", &maze(critic));
 }
+
+#[test]
+fn with_what_is_recollected_and_appointed() {
+    let text = MAZE
+        .replace("actions = 1 }", "actions = 1, recurrent = 16 }\nrecollection = { batches = 5, batch = 4 }")
+        .replace("{ adaptive = { max_looks = 2 } }", "{ appointed = { max_looks = 2, ahead = 3 } }");
+    ends_the_same("pause-appointed", &plan::parse(&text, &[]).unwrap());
+}

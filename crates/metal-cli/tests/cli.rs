@@ -345,19 +345,10 @@ fn members_are_proposed_and_can_be_run() {
     let proposal: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(proposal["groups"].as_array().unwrap().len(), 5);
     let folder = temporary("proposed-run");
-    let quick = [
-        "run",
-        out,
-        "--quick",
-        "--seeds",
-        "1",
-        "--threads",
-        "1",
-        "--force",
-        "--out",
-        folder.to_str().unwrap(),
-    ];
-    assert!(output(&quick).contains("acl"));
+    let folder = folder.to_str().unwrap();
+    let quick = ["run", out, "--quick", "--seeds", "1", "--threads", "1", "--force", "--out", folder];
+    let briefly = ["--set", "evaluation.runs=4", "--set", "attention.acl.counterfactual.iterations=1"];
+    assert!(output(&[&quick[..], &briefly].concat()).contains("acl"));
 }
 
 #[test]

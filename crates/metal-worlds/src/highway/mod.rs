@@ -56,7 +56,7 @@ const BODIES: usize = 1 + CARS;
 /// A sensor of the learner, ready to be read.
 #[derive(Clone, Debug)]
 enum Sense {
-    Area(Patch),
+    Area(Box<Patch>),
     Ring,
     Proximity(usize),
     Truth,
@@ -424,7 +424,7 @@ fn obstacle(body: &Pose, material: Material) -> Obstacle {
 /// The learner's sensors, ready to be read.
 fn senses(config: &HighwayConfig, camera: &Camera) -> Vec<Sense> {
     let ready = |organ: Organ| match organ {
-        Organ::Area(window) => Sense::Area(camera.patch(window)),
+        Organ::Area(window) => Sense::Area(Box::new(camera.patch(window))),
         Organ::Ring => Sense::Ring,
         Organ::Proximity(i) => Sense::Proximity(i),
         Organ::Truth => Sense::Truth,

@@ -155,21 +155,21 @@ fn cells(grid: Grid, task: &Task) -> Vec<Fitted> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
-    proptest! {
-        #[test]
-        fn cells_cover_the_picture_once_and_cost_what_regions_cost(columns in 1..60_usize, rows in 1..45_usize) {
-            let grid = Grid { columns, rows };
-            prop_assume!(grid.is_possible());
+    #[test]
+    fn cells_cover_the_picture_once_and_cost_what_regions_cost() {
+        let all = (0..60).flat_map(|columns| (0..45).map(move |rows| Grid { columns, rows }));
+        let possible: Vec<Grid> = all.filter(|grid| grid.is_possible()).collect();
+        assert!(possible.len() > 100 && possible.contains(&Grid::default()));
+        for grid in possible {
             let mut seen = [0; ROWS * COLUMNS];
             for w in grid.windows() {
-                prop_assert!((1..=LARGEST_PATCH).contains(&w.pixels()));
+                assert!((1..=LARGEST_PATCH).contains(&w.pixels()), "{grid:?}");
                 (w.top..w.bottom).for_each(|r| (w.left..w.right).for_each(|c| seen[r * COLUMNS + c] += 1));
             }
-            prop_assert!(seen.iter().all(|&n| n == 1));
+            assert!(seen.iter().all(|&n| n == 1), "{grid:?}");
             let price = |senses| organs(senses, &Task::default()).iter().map(|o| o.price).sum::<f64>();
-            prop_assert!((price(Senses::Cells(grid)) - price(Senses::Regions)).abs() < 1e-9);
+            assert!((price(Senses::Cells(grid)) - price(Senses::Regions)).abs() < 1e-9, "{grid:?}");
         }
     }
 

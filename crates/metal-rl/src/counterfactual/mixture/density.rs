@@ -213,9 +213,10 @@ impl Density {
         for g in 0..groups {
             let parameters = (&self.rows[g * rows..(g + 1) * rows], &self.sums[g * sums..(g + 1) * sums]);
             let logs = weigh(q, parameters, known, &mut belief.places[g * q..(g + 1) * q]);
-            for lane in 0..LANES {
-                let c = g * LANES + lane;
-                belief.logs[c] = self.log_weights[c] + logs[lane];
+            let place = g * LANES..(g + 1) * LANES;
+            let weights = &self.log_weights[place.clone()];
+            for ((to, log), weight) in belief.logs[place].iter_mut().zip(logs).zip(weights) {
+                *to = weight + log;
             }
         }
         self.share_out(belief);

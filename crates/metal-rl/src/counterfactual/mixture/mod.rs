@@ -188,9 +188,10 @@ impl Knowledge {
         for &(c, share) in &work.belief.active {
             self.locate(c, &work.belief, &mut work.inputs);
             work.inputs[hints] = best;
-            for output in actions..=stop {
-                work.inputs[hints + 1] = if output < stop { work.gains[output - actions] } else { 0.0 };
-                values[output] += share * self.heads.value((c, output), &work.inputs);
+            // Moving now tells nothing more.
+            for (n, value) in values[actions..=stop].iter_mut().enumerate() {
+                work.inputs[hints + 1] = work.gains.get(n).copied().unwrap_or(0.0);
+                *value += share * self.heads.value((c, actions + n), &work.inputs);
             }
         }
     }

@@ -21,7 +21,7 @@ fn config(mixture: MixtureConfig, relative: bool) -> CounterfactualConfig {
 fn state(n: usize) -> Judged {
     let right = n % 2;
     Judged {
-        full: vec![right as f32, (n * 7 % 10) as f32 / 10.0, 1.0, 1.0],
+        full: vec![right as f32, (n / 2 * 7 % 10) as f32 / 10.0, 1.0, 1.0],
         clock: 0,
         looks: IndexSet::EMPTY,
         advantages: (0..2).map(|a| if a == right { 0.0 } else { -10.0 }).collect(),

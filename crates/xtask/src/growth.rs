@@ -51,7 +51,7 @@ pub(crate) fn print(rows: &[Row]) -> Result<(), Error> {
 /// Has the growth drawn into `file` by the lab, which has the charts.
 pub(crate) fn draw(rows: &[Row], file: &Path) -> Result<(), Error> {
     let mut lab = Command::new(env!("CARGO"))
-        .args(["run", "--quiet", "--release", "--package", "metal-lab", "--example", "growth_chart"])
+        .args(["bench", "--quiet", "--package", "metal-lab", "--bench", "growth_chart"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()?;

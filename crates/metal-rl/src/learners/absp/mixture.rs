@@ -6,6 +6,7 @@ use super::scan::{Scan, responsibilities, scan};
 use crate::learner::Rate;
 use crate::num;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Log densities this far below the largest one are beneath rounding.
 pub(crate) const NEGLIGIBLE: f64 = -40.0;
@@ -84,16 +85,27 @@ impl Mixture {
     /// Calls `each` with (group, log densities, squared distances) of every group; places without a component have the
     /// density 0. Inlined, so that a caller compiled for wide vectors has it wide.
     #[inline(always)]
-    pub fn for_each_group(&self, frame: &Frame, s: &[f64], mut each: impl FnMut(usize, &Lane, &Lane)) {
+    pub fn for_each_group(&self, frame: &Frame, s: &[f64], each: impl FnMut(usize, &Lane, &Lane)) {
+        self.for_each_group_of(0..self.gaussians.groups(), (frame, s), each);
+    }
+
+    /// As [`Self::for_each_group`], for some of them.
+    #[inline(always)]
+    pub fn for_each_group_of(
+        &self,
+        groups: Range<usize>,
+        (frame, s): (&Frame, &[f64]),
+        mut each: impl FnMut(usize, &Lane, &Lane),
+    ) {
         if frame.full {
             with_rows(frame.dims, |rows| {
-                for group in 0..self.gaussians.groups() {
+                for group in groups {
                     let d2 = self.gaussians.distances_full(group, s, rows);
                     each(group, &self.log_densities(frame, group, &d2), &d2);
                 }
             });
         } else {
-            for group in 0..self.gaussians.groups() {
+            for group in groups {
                 let d2 = self.gaussians.distances_diagonal(group, s);
                 each(group, &self.log_densities(frame, group, &d2), &d2);
             }
@@ -107,7 +119,9 @@ impl Mixture {
         for lane in 0..LANES {
             l[lane] = frame.log_density(log_dets[lane], d2[lane]);
         }
-        l[self.used(group)..].fill(f64::NEG_INFINITY);
+        if self.used(group) < LANES {
+            l[self.used(group)..].fill(f64::NEG_INFINITY);
+        }
         l
     }
 

@@ -1,5 +1,5 @@
 //! Appointments: the next look is chosen in advance, by whom and in how many motor steps. In control theory this is
-//! *self-triggered* sensing.
+//! *self-triggered* sensing. Reading R135.
 //!
 //! Between two looks a student learns nothing new, so nothing is lost by deciding on the next one right after the last; and
 //! something is won. Who asks itself anew before every move whether to look now compares a look now with a look one

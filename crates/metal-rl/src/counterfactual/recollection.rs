@@ -1,5 +1,5 @@
 //! Recollection: what the student makes of everything it has looked at and done so far in an episode (Sec. 7, "expanding
-//! attention control to the past observations").
+//! attention control to the past observations"). Reading R134.
 //!
 //! A recurrent network carries it along. It learns to foretell what *all* sensors would show, on the student's own drives,
 //! where everybody was read for the labels anyway; no state of the world beyond readings is used. Since looks move

@@ -1,7 +1,7 @@
 //! A sensor that hides nothing: where the learner is on the road, how the road goes on, where the cars are.
 //!
 //! No robot has it. It is a yardstick: what driving costs if a look at the price of a camera region tells everything there
-//! is to know, so that what is lost beyond that is lost by what the real sensors do not show.
+//! is to know, so that what is lost beyond that is lost by what the real sensors do not show. Reading R136.
 
 use super::kinematics::BODY_RADIUS_M;
 use super::pose::Pose;

@@ -5,7 +5,7 @@
 //! marginalised, exactly, and never a zero. What moves are worth is its conditional mean, or a local linear function of
 //! what is known; what a look is worth is the value of information, or a local linear function of it. In the order of
 //! the data: [`config`] → [`blocks`] → [`density`] → [`start`], [`em`] → [`information`] → [`heads`] → [`teach`].
-//! Reading R131.
+//! Reading R133.
 
 mod blocks;
 mod cholesky;

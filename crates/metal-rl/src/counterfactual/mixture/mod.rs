@@ -82,6 +82,11 @@ impl Mixture {
         own && self.knowledge.as_ref().is_none_or(|k| k.is_sound(config, layout, actions))
     }
 
+    /// Whether it was ever taught.
+    pub fn knows_something(&self) -> bool {
+        self.knowledge.is_some()
+    }
+
     /// How many numbers it learned.
     pub fn numbers(&self) -> usize {
         self.knowledge.as_ref().map_or(0, |k| k.density.numbers() + k.heads.numbers())

@@ -88,8 +88,7 @@ fn learned() -> Iterate {
     let (mut world, mut other) = (Tower::new(), Tower::new());
     let learner =
         LearnerConfig::Tile(TileConfig::default()).build(Dims { inputs: 1, choices: 2 }, 0).unwrap();
-    let mut members =
-        [Member { name: "flag".into(), view: View::new(&Tower::new().spec, &[0]), learner }];
+    let mut members = [Member { name: "flag".into(), view: View::new(&Tower::new().spec, &[0]), learner }];
     let config = CounterfactualConfig {
         looks: LookRule::Appointed { max_looks: 1, ahead: 4 },
         memory: MemoryConfig { recurrent: 16, ..MemoryConfig::default() },

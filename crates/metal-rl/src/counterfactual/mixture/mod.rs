@@ -4,7 +4,7 @@
 //! One joint density of readings, memories and what moves are worth serves all sets of looks: what was not looked at is
 //! marginalised, exactly, and never a zero. What moves are worth is its conditional mean, or a local linear function of
 //! what is known; what a look is worth is the value of information, or a local linear function of it. In the order of
-//! the data: [`config`] → [`blocks`] → [`density`] → [`start`], [`em`] → [`information`] → [`heads`] → [`teach`].
+//! the data: [`config`] → `blocks` → `density` → `start`, `em` → `information` → `heads` → `teach`.
 //! Reading R133.
 
 mod blocks;
@@ -80,6 +80,11 @@ impl Mixture {
     pub fn fits(&self, config: &MixtureConfig, layout: &Layout, actions: usize) -> bool {
         let own = self.config == *config && self.actions == actions && self.slots == layout.slots();
         own && self.knowledge.as_ref().is_none_or(|k| k.is_sound(config, layout, actions))
+    }
+
+    /// Whether it was ever taught.
+    pub fn knows_something(&self) -> bool {
+        self.knowledge.is_some()
     }
 
     /// How many numbers it learned.

@@ -11,11 +11,11 @@ use super::em::{Moments, Prior, sweep};
 use super::heads::{Heads, Labels, Sums, largest};
 use super::information::Information;
 use super::start::{newborn, start};
-use super::{HINTS, Knowledge, Work, shape};
+use super::{HINTS, Knowledge, Mixture, Work, shape};
 use crate::random::{Rng, Streams};
 
 /// Share that the draws of one round count in the next.
-const KEPT: f64 = 0.5;
+const KEPT: f64 = 0.3;
 
 /// A component with a smaller share of an equal part of all moments begins anew somewhere else.
 const DESERTED: f64 = 0.05;
@@ -33,15 +33,18 @@ pub(in super::super) fn fit(
     knowledge.prices = student.prices().iter().map(|price| price_share * price / unit).collect();
     let mut lesson = Lesson::new(student, (student.stop() + 2, 1), streams.stream("lessons"));
     let mut sums = Sums::new(knowledge.heads.shape(), knowledge.density.components());
+    // Who knows nothing judges looks by what it would do without knowing anything: that is soon forgotten.
+    let mut kept = if student.mixture().is_some_and(Mixture::knows_something) { KEPT } else { 0.0 };
     let mut loss = 0.0;
     for _ in 0..config.rounds {
         let pages = draw(&mut lesson, student, (data, price_share), config.draws);
         loss = pages.loss(student);
         let mut desk =
             Desk { actions: student.actions(), stop: student.stop(), config, work: Work::default() };
-        sums.fade(KEPT);
         desk.learn_moves(&pages, &mut knowledge, &mut sums);
         desk.learn_looks(&pages, &mut knowledge, &mut sums);
+        sums.fade(kept);
+        kept = KEPT;
         if let Some(mixture) = student.mixture_mut() {
             mixture.knowledge = Some(knowledge.clone());
         }

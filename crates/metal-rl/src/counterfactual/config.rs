@@ -26,6 +26,9 @@ pub struct NetworkConfig {
     /// Standard deviations among the networks that are taken off the value of a move; 0: the plain mean. It makes a
     /// student that is not sure of a move look once more.
     pub caution: f64,
+    /// Whether a student that learns in an imagined world is told what the model behind it believes after each look (see
+    /// [`Believer`](super::Believer)), where there is such a model.
+    pub belief: bool,
 }
 
 impl Default for NetworkConfig {
@@ -36,6 +39,7 @@ impl Default for NetworkConfig {
             adam: Adam { learning_rate: 3e-3, ..Adam::default() },
             ensemble: 1,
             caution: 0.0,
+            belief: false,
         }
     }
 }
@@ -157,9 +161,6 @@ pub struct CounterfactualConfig {
     pub content: Content,
     /// What the student remembers from earlier motor steps.
     pub memory: MemoryConfig,
-    /// Whether a student that learns in an imagined world is told what the model behind it believes after each look (see
-    /// [`Believer`](super::Believer)), where there is such a model.
-    pub belief: bool,
     /// The network.
     pub network: NetworkConfig,
     /// How it is fitted.
@@ -220,7 +221,6 @@ impl Default for CounterfactualConfig {
             judge: JudgeConfig::default(),
             content: Content::Readings,
             memory: MemoryConfig::default(),
-            belief: false,
             network: NetworkConfig::default(),
             fit: FitConfig::default(),
             iterations: 36,

@@ -79,7 +79,7 @@ fn impossible_recipes_are_refused_by_field() {
 fn counterfactual(belief: bool) -> Recipe {
     let AttentionMethod::Counterfactual(mut config) = AttentionMethod::one_step() else { panic!("its name") };
     (config.iterations, config.price_ramp, config.fit.batches) = (3, 1, 300);
-    config.belief = belief;
+    config.network.belief = belief;
     let method = AttentionMethod::Counterfactual(config);
     Recipe { fusion: 0, attention: 1500, method, ..Recipe::default() }
 }

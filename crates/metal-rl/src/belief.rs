@@ -215,10 +215,10 @@ impl Belief {
         for (h, &p) in self.hypotheses.iter().zip(&opinion.hypotheses).filter(|(_, p)| **p > UNLIKELY) {
             sums.classes[h.class] += p;
             let by_class = &mut sums.by_class[h.class];
-            for j in 0..n {
+            for (j, of_class) in by_class.iter_mut().enumerate() {
                 let mean = p * h.means[j];
                 sums.mean[j] += mean;
-                by_class[j] += mean;
+                *of_class += mean;
                 sums.square[j] += mean * h.means[j];
                 sums.within[j] += p * h.variances[j];
             }

@@ -2,6 +2,7 @@
 
 use super::Task;
 use crate::plan::PlanError;
+use metal_rl::counterfactual::config::NetworkConfig;
 use metal_rl::counterfactual::{
     CounterfactualConfig, CriticConfig, FitConfig, Inputs, JudgeConfig, LookRule, MemoryConfig, Unit,
 };
@@ -78,7 +79,7 @@ impl AttentionMethod {
         const BATCHES: usize = 6000;
         Self::Counterfactual(CounterfactualConfig {
             looks: LookRule::Adaptive { min_looks: 0, max_looks: 10 },
-            belief: true,
+            network: NetworkConfig { belief: true, ..NetworkConfig::default() },
             iterations: ITERATIONS,
             window: ITERATIONS,
             judged: 1.0,

@@ -177,7 +177,7 @@ impl School<'_> {
         // Slots must be sensors, seen as they are: a model knows nothing of members' opinions, or of earlier readings.
         let is_sensor = |(slot, &member): (usize, &usize)| self.members[member].view.sensors() == [slot];
         let plain = config.content == Content::Readings && config.memory == MemoryConfig::default();
-        if !(config.belief && plain && self.roster.iter().enumerate().all(is_sensor)) {
+        if !(config.network.belief && plain && self.roster.iter().enumerate().all(is_sensor)) {
             return None;
         }
         let belief = self.environment.belief()?.scaled(self.scaling);
@@ -405,7 +405,7 @@ mod tests {
 
     fn student(batches: usize) -> Student {
         let fit = FitConfig { batches, ..FitConfig::default() };
-        let config = CounterfactualConfig { belief: true, fit, ..CounterfactualConfig::default() };
+        let config = CounterfactualConfig { fit, ..CounterfactualConfig::default() };
         let mut student = Student::new(&config, &shape(), &Streams::new(1)).unwrap();
         let net = &config.network;
         student.believe(Believer::new(belief(), (net.activation, net.adam), &Streams::new(2)));

@@ -28,6 +28,9 @@ pub struct NetworkConfig {
     /// Standard deviations among the networks that are taken off the value of a move; 0: the plain mean. It makes a
     /// student that is not sure of a move look once more.
     pub caution: f64,
+    /// Whether a student that learns in an imagined world is told what the model behind it believes after each look (see
+    /// [`Believer`](super::Believer)), where there is such a model.
+    pub belief: bool,
 }
 
 impl Default for NetworkConfig {
@@ -38,6 +41,7 @@ impl Default for NetworkConfig {
             adam: Adam { learning_rate: 3e-3, ..Adam::default() },
             ensemble: 1,
             caution: 0.0,
+            belief: false,
         }
     }
 }
@@ -161,9 +165,6 @@ pub struct CounterfactualConfig {
     pub memory: MemoryConfig,
     /// How what it recollects is learned, if its memory has a place for that.
     pub recollection: RecollectionConfig,
-    /// Whether a student that learns in an imagined world is told what the model behind it believes after each look (see
-    /// [`Believer`](super::Believer)), where there is such a model.
-    pub belief: bool,
     /// The network.
     pub network: NetworkConfig,
     /// A mixture of Gaussians in its place, if given.
@@ -227,7 +228,6 @@ impl Default for CounterfactualConfig {
             content: Content::Readings,
             memory: MemoryConfig::default(),
             recollection: RecollectionConfig::default(),
-            belief: false,
             network: NetworkConfig::default(),
             mixture: None,
             fit: FitConfig::default(),

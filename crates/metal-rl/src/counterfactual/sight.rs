@@ -114,6 +114,9 @@ impl Environment for Track<'_> {
     }
 }
 
+/// Moments that are to be judged, and the trail of all motor steps.
+pub type Gathered = (Vec<Sight>, Vec<Footstep>);
+
 /// Lets the student drive, and returns the share of moments that is to be judged, evenly spread, and the trail of all motor
 /// steps if the student has a recollection; none if the world cannot be copied.
 ///
@@ -123,7 +126,7 @@ pub fn gather(
     school: &mut School<'_>,
     drive: &Drive<'_>,
     observer: &mut dyn Observer,
-) -> Result<Option<(Vec<Sight>, Vec<Footstep>)>, EnvironmentError> {
+) -> Result<Option<Gathered>, EnvironmentError> {
     let note = Note::default();
     let mut driver = Counterfactual::new(drive.student.clone(), school.roster.clone());
     let mut scout = Scout { driver: &mut driver, note: note.clone() };

@@ -398,8 +398,9 @@ mod tests {
                 let row = t * batch.count + s;
                 let mut out = [0.0; 2];
                 network.foretell(&state, &mut out);
-                for o in 0..2 {
-                    let (error, w) = (out[o] - batch.targets[row * 2 + o], batch.weights[row * 2 + o]);
+                let told = batch.targets[row * 2..].iter().zip(&batch.weights[row * 2..]);
+                for (out, (target, w)) in out.iter().zip(told) {
+                    let error = out - target;
                     loss += f64::from(w * 0.5 * error * error);
                     weight += f64::from(w);
                 }

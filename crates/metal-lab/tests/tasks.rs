@@ -1,4 +1,5 @@
 //! Tasks from anywhere, learned after a recipe: what is learned, saved, thawed and compared.
+#![allow(clippy::unwrap_used)]
 
 use metal_lab::bench::{BenchOptions, bench};
 use metal_lab::progress::Silent;

@@ -116,7 +116,7 @@ fn learned() -> Iterate {
         ..Phase::evaluation("tower", IndexSet::first(1), 0)
     };
     let graduate = iterate(&mut school, &config, &phase, &Streams::new(1), &mut Nobody).unwrap();
-    graduate.diary[graduate.best].clone()
+    graduate.diary[graduate.best]
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::search::{Static, search};
 use super::subset::train_subset;
 use super::{BenchOptions, Row};
 use crate::progress::Progress;
-use crate::task::{AttentionMethod, Driver, Learned, Recipe, Score, Task, ValuesMethod, learn, trial};
+use crate::task::{AttentionMethod, Driver, Learned, Recipe, Score, Task, learn, trial};
 use crate::train::RunError;
 use metal_rl::environment::EnvironmentSpec;
 use metal_rl::num;
@@ -76,7 +76,7 @@ impl Desk<'_> {
         let everything = IndexSet::first(self.spec.sensors.len());
         add(ALL, self.seeds(|seed| self.subset(everything, seed))?, 0.0, String::new());
         self.stage(FUSION)?;
-        let nobody = AttentionMethod::Values(ValuesMethod::default());
+        let nobody = AttentionMethod::Values(Box::default());
         let (fusion, recipe) = (self.recipe.steps(), self.recipe.clone());
         let alone = Recipe { fusion, foa: 0, attention: 1, method: nobody, ..recipe };
         add(FUSION, self.seeds(|seed| self.trained(&alone, Driver::Fusion, seed))?, 0.0, String::new());

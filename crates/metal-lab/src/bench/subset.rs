@@ -52,7 +52,7 @@ pub(super) fn train_subset(
     match &desk.recipe.method {
         AttentionMethod::Counterfactual(config) => {
             // Fits are most of the work: a share of the budget is a share of them, too.
-            let config = config.clone().with_fits(share, usize::MAX);
+            let config = CounterfactualConfig::clone(config).with_fits(share, usize::MAX);
             teach(desk, (&config, sensors), steps, streams)
         }
         AttentionMethod::Auto | AttentionMethod::Critic | AttentionMethod::Values(_) => {
@@ -70,7 +70,7 @@ fn teach(
 ) -> Result<Student, RunError> {
     let names = sensors.iter().map(|s| desk.spec.sensors[s].name.clone()).collect();
     let config = CounterfactualConfig { looks: LookRule::Fixed(names), ..config.clone() };
-    let method = AttentionMethod::Counterfactual(config);
+    let method = AttentionMethod::Counterfactual(Box::new(config));
     let recipe = Recipe { foa: 0, fusion: 0, attention: steps, method, ..desk.recipe.clone() };
     let mind = learn(desk.task, &recipe, streams, &mut Teller(desk.progress))?;
     Ok(Student::Counterfactual(Box::new(mind)))

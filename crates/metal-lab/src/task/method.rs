@@ -32,9 +32,9 @@ pub enum AttentionMethod {
     /// Counterfactual policy iteration by a critic, with the settings of [`AttentionMethod::many_steps`].
     Critic,
     /// The paper's: values of looks and moves, Eqs. (8)-(11).
-    Values(ValuesMethod),
+    Values(Box<ValuesMethod>),
     /// Counterfactual policy iteration with settings of one's own, its discount among them.
-    Counterfactual(CounterfactualConfig),
+    Counterfactual(Box<CounterfactualConfig>),
 }
 
 /// Attention control by values of looks and moves.
@@ -77,7 +77,7 @@ impl AttentionMethod {
     pub fn one_step() -> Self {
         const ITERATIONS: usize = 3;
         const BATCHES: usize = 6000;
-        Self::Counterfactual(CounterfactualConfig {
+        Self::Counterfactual(Box::new(CounterfactualConfig {
             looks: LookRule::Adaptive { min_looks: 0, max_looks: 10 },
             network: NetworkConfig { belief: true, ..NetworkConfig::default() },
             iterations: ITERATIONS,
@@ -91,7 +91,7 @@ impl AttentionMethod {
             validation_runs: 1000,
             fit: FitConfig { batches: BATCHES, ..FitConfig::default() },
             ..CounterfactualConfig::default()
-        })
+        }))
     }
 
     /// Counterfactual policy iteration by a critic, for tasks of many steps and worlds that nobody can copy, in a phase
@@ -104,7 +104,7 @@ impl AttentionMethod {
         let fits =
             |most: usize| (steps * most / (ITERATIONS * STEPS_PER_ITERATION)).clamp(FEWEST_BATCHES, most);
         let critic = CriticConfig { batches: fits(3000), ..CriticConfig::default() };
-        Self::Counterfactual(CounterfactualConfig {
+        Self::Counterfactual(Box::new(CounterfactualConfig {
             looks: LookRule::Adaptive { min_looks: 0, max_looks: 10 },
             judge: JudgeConfig::Critic(critic),
             memory: MemoryConfig { looks: 1, steps: 8, actions: 1, recurrent: 0 },
@@ -129,7 +129,7 @@ impl AttentionMethod {
                 ..FitConfig::default()
             },
             ..CounterfactualConfig::default()
-        })
+        }))
     }
 
     /// The method itself in place of [`AttentionMethod::Auto`] and [`AttentionMethod::Critic`], for a phase of so many motor
@@ -141,9 +141,7 @@ impl AttentionMethod {
             Self::Auto if horizon > 1 => Self::many_steps(steps, horizon),
             // Worlds that may be used by one thread only are somebody else's: roll-outs would read all their sensors, which
             // may cost real time.
-            Self::Auto if !task.is_parallel() || world.fork().is_none() => {
-                Self::Values(ValuesMethod::default())
-            }
+            Self::Auto if !task.is_parallel() || world.fork().is_none() => Self::Values(Box::default()),
             Self::Auto => {
                 let mut method = Self::one_step();
                 if let Self::Counterfactual(config) = &mut method {
@@ -188,7 +186,7 @@ impl AttentionMethod {
     /// The settings of the paper's method, those it has by itself where another one was chosen.
     pub(super) fn values(&self) -> ValuesMethod {
         match self {
-            Self::Values(values) => values.clone(),
+            Self::Values(values) => ValuesMethod::clone(values),
             Self::Auto | Self::Critic | Self::Counterfactual(_) => ValuesMethod::default(),
         }
     }

@@ -402,7 +402,7 @@ mod tests {
                 for (out, (target, w)) in out.iter().zip(told) {
                     let error = out - target;
                     loss += f64::from(w * 0.5 * error * error);
-                    weight += f64::from(w);
+                    weight += f64::from(*w);
                 }
                 network.step(&batch.inputs[row * 3..row * 3 + 3], &mut state);
             }

@@ -70,7 +70,13 @@ const ENTRIES: &[(&str, &str, &str)] = &[
         "experiments/transfer.toml",
         "trained minds on another road, through another eye and body (`metal transfer`)",
     ),
+    (
+        "experiment",
+        "experiments/truth.toml",
+        "looks at a sensor that hides nothing: what their timing alone can earn",
+    ),
     ("experiment", "experiments/toy.toml", "attention control against its exact optimum"),
+    ("experiment", "experiments/toy_counterfactual.toml", "the same, learned from what would have happened"),
 ];
 
 /// The list as text, grouped by kind.

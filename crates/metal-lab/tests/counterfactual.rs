@@ -51,7 +51,7 @@ fn the_toy_is_learned_to_near_its_optimum() {
     let plan = plan::parse(include_str!("../../../experiments/toy_counterfactual.toml"), &[]).unwrap();
     let trained = trained(&plan, 1);
     let (total, looks) = tested(&plan, &trained.mind, 10_000);
-    assert!(total >= optimum().value / 0.965, "{total} per decision, at best {}", optimum().value);
+    assert!(total >= optimum().value / 0.95, "{total} per decision, at best {}", optimum().value);
     assert!((2.0..3.0).contains(&looks), "{looks} looks per decision");
     let steps = |of: fn(&Iterate) -> usize| trained.diary.iter().map(of).sum::<usize>();
     assert!(steps(|i| i.own_steps) <= 5000, "{} decisions", steps(|i| i.own_steps));
@@ -72,7 +72,7 @@ network = { adam = { learning_rate = 0.005 } }";
 fn a_mixture_of_gaussians_comes_near_it_too() {
     let own = "network = { adam = { learning_rate = 0.005 } }";
     for (settings, share) in [
-        ("draws = 20000, rounds = 3", 0.8),
+        ("draws = 20000, rounds = 3", 0.7),
         ("draws = 10000, rounds = 1, moves = \"marginal\", looks = \"expected\"", 0.5),
     ] {
         let plan = toy(&TOY.replace(own, &format!("{own}\nmixture = {{ {settings} }}")), 5000);

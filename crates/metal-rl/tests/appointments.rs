@@ -92,13 +92,13 @@ fn learned() -> Iterate {
     let config = CounterfactualConfig {
         looks: LookRule::Appointed { max_looks: 1, ahead: 4 },
         memory: MemoryConfig { recurrent: 16, ..MemoryConfig::default() },
-        iterations: 9,
+        iterations: 12,
         wide_eyed: 2,
         price_ramp: 3,
         horizon: 9,
         judged: 1.0,
         validation_runs: 100,
-        fit: FitConfig { batches: 600, ..FitConfig::default() },
+        fit: FitConfig { batches: 1000, ..FitConfig::default() },
         ..CounterfactualConfig::default()
     };
     let mut school = School {
@@ -112,7 +112,7 @@ fn learned() -> Iterate {
     };
     let phase = Phase {
         exploration: Schedule::Random { from: 0.5, to: 0.1, until: 0.6 },
-        budget: Budget::Steps(6_000),
+        budget: Budget::Steps(12_000),
         ..Phase::evaluation("tower", IndexSet::first(1), 0)
     };
     let graduate = iterate(&mut school, &config, &phase, &Streams::new(1), &mut Nobody).unwrap();

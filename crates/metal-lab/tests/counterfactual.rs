@@ -83,6 +83,11 @@ fn a_mixture_of_gaussians_comes_near_it_too() {
     }
 }
 
+/// What `work` comes to with so many threads.
+fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)
+}
+
 fn frozen(mind: &Mind) -> FrozenMind {
     let roster = ROSTER.map(String::from).to_vec();
     mind.freeze(&BTreeMap::from([("acl".to_owned(), roster)]))
@@ -157,20 +162,14 @@ fit = { batches = 60, averaged = 0.3 }";
 #[test]
 fn threads_change_nothing_and_a_frozen_student_goes_on() {
     let plan = toy(SHORT, 600);
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| frozen(&trained(&plan, 5).mind))
-    };
+    let on = |threads: usize| on_threads(threads, || frozen(&trained(&plan, 5).mind));
     let one = on(1);
     assert_eq!(one, on(4));
     let thawed = Mind::thaw(&plan, &one).unwrap();
     assert_eq!(frozen(&thawed), one);
     assert!(thawed.has_attention("acl"));
     let mixture = toy(&format!("{SHORT}\nmixture = {{ components = 9, draws = 500, rounds = 2 }}"), 600);
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| frozen(&trained(&mixture, 5).mind))
-    };
+    let on = |threads: usize| on_threads(threads, || frozen(&trained(&mixture, 5).mind));
     let one_mixture = on(1);
     assert!(one_mixture == on(4) && one_mixture != one, "the same mixture on any number of threads");
     assert_eq!(frozen(&Mind::thaw(&mixture, &one_mixture).unwrap()), one_mixture);
@@ -286,10 +285,7 @@ fn appointed_looks_are_all_that_is_read_and_threads_change_nothing() {
         );
     let plan = plan::parse(&text, &[]).unwrap();
     let roster = BTreeMap::from([("acl".to_owned(), vec!["X".to_owned(), "Y".to_owned()])]);
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| trained(&plan, 5).mind.freeze(&roster))
-    };
+    let on = |threads: usize| on_threads(threads, || trained(&plan, 5).mind.freeze(&roster));
     let one = on(1);
     assert_eq!(one, on(4));
     let mind = Mind::thaw(&plan, &one).unwrap();

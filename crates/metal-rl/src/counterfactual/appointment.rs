@@ -1,10 +1,10 @@
 //! Appointments: the next look is chosen in advance, by whom and in how many motor steps. In control theory this is
 //! *self-triggered* sensing. Reading R135.
 //!
-//! Between two looks a student learns nothing new, so nothing is lost by deciding on the next one right after the last; and
-//! something is won. Who asks itself anew before every move whether to look now compares a look now with a look one
-//! step later, a difference that drowns in the noise of what comes after, and puts it off. An appointment is judged as a
-//! whole against others on the very same state.
+//! Between two looks a student learns nothing new, so nothing is lost by deciding on the next one right after the last. Who asks
+//! itself anew before every move whether to look now compares a look now with a look one step later, a small difference in the noise of
+//! what comes after. An appointment is judged as a whole, against others on the very same state. What that brings is measured in
+//! `docs/results/attention.md`.
 
 use super::gaze::Gaze;
 use super::student::{Next, Scratch, Student};

@@ -80,10 +80,16 @@ impl Student {
 
     /// The appointment that the values in `scratch` call best.
     pub(super) fn preferred_appointment(&self, attended: IndexSet, scratch: &Scratch) -> Option<Appointment> {
+        self.preferred_but(IndexSet::EMPTY, attended, scratch)
+    }
+
+    /// The same without a look at somebody who rests; whoever rests now may be appointed for later.
+    fn preferred_but(&self, resting: IndexSet, attended: IndexSet, scratch: &Scratch) -> Option<Appointment> {
         let worth = |a: &Appointment| scratch.values[self.actions() + self.diary().index(*a)];
         let better =
             |best: Appointment, next: Appointment| if worth(&next) > worth(&best) { next } else { best };
-        self.open_appointments(attended).reduce(better)
+        let awake = |a: &Appointment| a.wait > 0 || !resting.contains(a.slot);
+        self.open_appointments(attended).filter(awake).reduce(better)
     }
 
     /// What to do where an appointment is kept, or made: the look that is due, or the move.
@@ -104,7 +110,7 @@ impl Student {
             }
             _ => self.evaluate(gaze.input(), scratch),
         }
-        let made = self.preferred_appointment(attended.union(resting), scratch);
+        let made = self.preferred_but(resting, attended, scratch);
         gaze.appoint(made);
         match made {
             Some(Appointment { wait: 0, slot }) => Next::Look(slot),
@@ -179,5 +185,10 @@ mod tests {
         let dear = Appointment { slot: 2, wait: 3 };
         scratch.values[student.actions() + student.diary().index(dear)] = 1.0;
         assert_eq!(student.preferred_appointment(seen, &scratch), Some(dear));
+        // Who rests is not looked at now, and takes nobody else's place.
+        let now = |slot| Appointment { slot, wait: 0 };
+        scratch.values[student.actions() + student.diary().index(now(1))] = 3.0;
+        scratch.values[student.actions() + student.diary().index(now(2))] = 2.0;
+        assert_eq!(student.preferred_but(IndexSet::EMPTY.with(1), seen, &scratch), Some(now(2)));
     }
 }

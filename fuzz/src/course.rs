@@ -44,6 +44,7 @@ pub fn one_iteration(critic: bool, course: Option<Vec<u8>>) -> Result<Option<Vec
         scaling: Scaling::Linear,
         workers: &Alone,
         interrupted: &|| false,
+        ear: &mut |_| {},
     };
     let lesson = Phase { budget: Budget::Steps(90), ..Phase::evaluation("attention", IndexSet::first(2), 0) };
     let mut term = Term { course, pause: &mut || true };

@@ -104,7 +104,7 @@ const REPRODUCE: &str = "\
 Examples:
   metal reproduce --quick --seeds 1
   metal reproduce --seeds 10 --out runs/ten
-  metal reproduce --set phase.attention.budget.episodes=3000 --set attention.acl.settings.price_ramp=0
+  metal reproduce --set phase.attention.budget.steps=360000 --set attention.acl.counterfactual.iterations=72
 
 The folder gets report.html (open it first), results.json, records.csv (one row per test run),
 plan.toml (the experiment as it was run), run.json and the trained minds. The same seed gives the

@@ -143,7 +143,10 @@ fn killed_between_iterations_it_ends_with_the_same_bits() {
 
 /// A run that was stopped on its way, with several pieces kept.
 fn stopped(name: &str) -> PathBuf {
-    let out = temporary(name);
+    stopped_in(temporary(name))
+}
+
+fn stopped_in(out: PathBuf) -> PathBuf {
     let mut child = metal(&out, &[]).spawn().unwrap();
     while pieces(&out).len() < 6 {
         std::thread::sleep(Duration::from_millis(2));
@@ -287,4 +290,64 @@ fn a_full_disk_costs_nothing_that_was_kept() {
     );
     let output = run(&out, &["--resume"]);
     assert!(output.status.success() && remains(&out) == *whole, "{}", complaint(&output));
+}
+
+/// Sets the permissions of a folder and of all that is in it, of the folders last.
+#[cfg(unix)]
+fn permit(folder: &Path, (folders, files): (u32, u32)) {
+    use std::os::unix::fs::PermissionsExt;
+    let set = |path: &Path, mode| std::fs::set_permissions(path, PermissionsExt::from_mode(mode)).unwrap();
+    // Nobody looks into a folder that it may not enter, so that it is opened before its entries are read.
+    set(folder, 0o755);
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() { permit(&path, (folders, files)) } else { set(&path, files) }
+    }
+    set(folder, folders);
+}
+
+/// The same command as somebody who is not root, whom no permission binds: its program and its experiment are copied to
+/// where everybody may read them.
+#[cfg(unix)]
+fn unprivileged(command: &Command, place: &Path) -> Command {
+    use std::os::unix::{fs::MetadataExt, process::CommandExt};
+    let copied = |name: &str, from: &Path| {
+        std::fs::copy(from, place.join(name)).unwrap();
+        place.join(name)
+    };
+    let mut other = Command::new(copied("metal", Path::new(command.get_program())));
+    for word in command.get_args() {
+        let is_experiment = Path::new(word).extension().is_some_and(|e| e == "toml");
+        let path = if is_experiment { copied("toy.toml", Path::new(word)) } else { word.into() };
+        other.arg(path);
+    }
+    other.current_dir(place).stdout(Stdio::piped()).stderr(Stdio::piped());
+    const NOBODY: u32 = 65534;
+    if std::fs::metadata("/proc/self").is_ok_and(|me| me.uid() == 0) {
+        other.uid(NOBODY).gid(NOBODY);
+    }
+    other
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_may_not_be_written_costs_nothing_that_was_kept() {
+    let (whole, _) = uninterrupted();
+    let place = std::env::temp_dir().join(format!("metal-read-only-{}", std::process::id()));
+    std::fs::create_dir_all(&place).unwrap();
+    let out = stopped_in(place.join("out"));
+    let kept =
+        |out: &Path| -> Vec<Vec<u8>> { pieces(out).iter().map(|p| std::fs::read(p).unwrap()).collect() };
+    let before = kept(&out);
+    let mut again = unprivileged(&metal(&out, &["--resume"]), &place);
+    permit(&out, (0o555, 0o444));
+    let output = again.output().unwrap();
+    permit(&out, (0o755, 0o644));
+    let said = complaint(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("Permission denied") && said.contains(out.to_str().unwrap()), "{said}");
+    assert!(kept(&out) == before, "what was kept is as it was");
+    let output = run(&out, &["--resume"]);
+    assert!(output.status.success() && remains(&out) == *whole, "{}", complaint(&output));
+    std::fs::remove_dir_all(&place).unwrap();
 }

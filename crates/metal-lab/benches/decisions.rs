@@ -15,15 +15,16 @@ const EPISODES: usize = 4;
 
 /// The paper's experiment with next to no training, and `looks` looks per motor action.
 fn plan(looks: usize) -> Result<Plan, Box<dyn Error>> {
-    let looks = ["min", "max"].map(|end| format!("attention.acl.settings.{end}_looks={looks}"));
-    let budgets = ["phase.fusion.budget.episodes=2", "phase.attention.budget.episodes=2"].map(str::to_owned);
+    let looks = ["min", "max"].map(|end| format!("attention.acl_phase3.settings.{end}_looks={looks}"));
+    let budgets =
+        ["phase.fusion.budget.episodes=2", "phase.attention_phase3.budget.episodes=2"].map(str::to_owned);
     Ok(plan::parse(experiments::PAPER, &[looks, budgets].concat())?)
 }
 
 fn trained(plan: &Plan) -> Result<Mind, Box<dyn Error>> {
     let streams = Streams::new(1);
     let mut mind = Mind::newborn(plan, &streams)?;
-    for phase in ["demonstration", "fusion", "attention"] {
+    for phase in ["demonstration", "fusion", "attention_phase3"] {
         mind = train_phase(plan, phase, mind, &streams, &Silent)?.mind;
     }
     Ok(mind)
@@ -49,8 +50,8 @@ fn measure(name: &str, policy: &str, plan: &Plan, mind: &Mind) -> Result<(), Box
 fn main() -> Result<(), Box<dyn Error>> {
     let (one, two) = (plan(1)?, plan(2)?);
     let (one_mind, two_mind) = (trained(&one)?, trained(&two)?);
-    measure("attention, one look", "acl", &one, &one_mind)?;
-    measure("attention, two looks", "acl", &two, &two_mind)?;
+    measure("attention, one look", "acl_phase3", &one, &one_mind)?;
+    measure("attention, two looks", "acl_phase3", &two, &two_mind)?;
     measure("the full observer of six regions", "foa", &two, &two_mind)?;
     measure("fusion of seven tiny agents and the full observer", "fusion", &two, &two_mind)?;
     measure("nobody is asked: the world and the loop alone", "blind", &two, &two_mind)

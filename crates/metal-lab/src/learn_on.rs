@@ -4,11 +4,11 @@ use crate::mind::Mind;
 use crate::plan::Plan;
 use crate::progress::Silent;
 use crate::train::{RunError, Watch, learn_phase};
-use crate::watched::Heard;
 use metal_rl::environment::Environment;
 use metal_rl::explore::Schedule;
 use metal_rl::observe::Observer;
 use metal_rl::phase::Budget;
+use metal_rl::policy::Heard;
 use metal_rl::random::Streams;
 
 /// The plan in which `phase` goes on as it ended: the exploration of its end, prices in full, so many episodes.

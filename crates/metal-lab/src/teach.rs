@@ -23,7 +23,7 @@ pub(crate) fn teach(
 ) -> Result<Graduate, RunError> {
     let scenario = plan.file.environment.training_scenario();
     let mut validation = plan.environment(&scenario, Some(&Roads::Validation)).build()?;
-    let Watch { environment, observer, progress, .. } = watch;
+    let Watch { environment, observer, ear, progress } = watch;
     let mut school = School {
         environment,
         validation: validation.as_mut(),
@@ -32,6 +32,7 @@ pub(crate) fn teach(
         scaling: plan.file.scaling,
         workers: &Pool,
         interrupted: &|| progress.interrupted(),
+        ear,
     };
     iterate_term(&mut school, (config, phase, streams), term, observer).map_err(RunError::from)
 }

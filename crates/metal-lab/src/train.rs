@@ -9,13 +9,14 @@ use crate::progress::Progress;
 use crate::registry::EnvironmentConfig;
 use crate::teach::teach;
 use crate::trace::{Trace, Watcher};
-use crate::watched::{Ear, Heard, Overheard, Wheel};
+use crate::watched::Overheard;
 use metal_rl::counterfactual::{CounterfactualError, Iterate, Term};
 use metal_rl::environment::{Environment, EnvironmentError};
 use metal_rl::learner::LearnerError;
 use metal_rl::member::Member;
 use metal_rl::observe::Observer;
 use metal_rl::phase::Phase;
+use metal_rl::policy::{Ear, Heard, Policy};
 use metal_rl::random::Streams;
 use metal_rl::run::{Leg, Position, Stage, run_leg};
 use metal_rl::view::Scaling;
@@ -254,12 +255,12 @@ pub(crate) fn learn_stretch(
     let finished = if let Acting::Attention(controller) = &row.acting {
         // Taken out for the phase, so that what it learns stays with this mind.
         let mut attention = mind.take_attention(plan, controller, phase.roster, &streams)?;
-        let result = learn(&mut mind.members, Wheel::Attention(&mut attention), &lesson, watch, &mut leg);
+        let result = learn(&mut mind.members, &mut attention, &lesson, watch, &mut leg);
         mind.attention.insert(controller.clone(), attention);
         result?
     } else {
         let mut policy = mind.policy(plan, &row.acting, phase.roster, 0);
-        learn(&mut mind.members, Wheel::Other(policy.as_mut()), &lesson, watch, &mut leg)?
+        learn(&mut mind.members, policy.as_mut(), &lesson, watch, &mut leg)?
     };
     stretch.at = leg.at;
     Ok(finished.then(Vec::new))
@@ -274,13 +275,13 @@ struct Lesson<'a> {
 
 fn learn(
     members: &mut [Member],
-    wheel: Wheel<'_>,
+    policy: &mut dyn Policy,
     lesson: &Lesson<'_>,
     watch: Watch<'_>,
     leg: &mut Leg<'_>,
 ) -> Result<bool, EnvironmentError> {
     let Watch { environment, observer, ear, .. } = watch;
-    let mut policy = Overheard::new(wheel, ear);
+    let mut policy = Overheard::new(policy, ear);
     let mut stage = Stage { environment, members, policy: &mut policy, scaling: lesson.scaling };
     run_leg(&mut stage, lesson.phase, lesson.streams, leg, observer)
 }

@@ -16,7 +16,7 @@ use metal_rl::run::{Stage, run};
 /// Replay of a few samples, so that it is full before anybody counts.
 fn paper() -> Plan {
     let sets = ["tiny", "observer", "acl"].map(|l| format!("learner.{l}.mlp.capacity=64"));
-    let budgets = ["fusion", "attention"].map(|phase| format!("phase.{phase}.budget.episodes=3"));
+    let budgets = ["fusion", "attention_phase3"].map(|phase| format!("phase.{phase}.budget.episodes=3"));
     plan::parse(experiments::PAPER, &[sets.as_slice(), budgets.as_slice()].concat()).unwrap()
 }
 
@@ -42,11 +42,11 @@ fn neither_training_nor_testing_allocates_per_step() {
     let plan = paper();
     let streams = Streams::new(1);
     let mut mind = Mind::newborn(&plan, &streams).unwrap();
-    for phase in ["demonstration", "fusion", "attention"] {
+    for phase in ["demonstration", "fusion", "attention_phase3"] {
         mind = train_phase(&plan, phase, mind, &streams, &Silent).unwrap().mind;
     }
-    let attention = plan.phase("attention");
-    let mut acl = mind.take_attention(&plan, "acl", attention.roster, &streams).unwrap();
+    let attention = plan.phase("attention_phase3");
+    let mut acl = mind.take_attention(&plan, "acl_phase3", attention.roster, &streams).unwrap();
     let test = Phase::evaluation("test", attention.roster, 1);
     for (name, phase) in [("attention", &attention), ("test", &test)] {
         let [few, many] = allocations(&plan, &mut mind, (name, &mut acl), phase);

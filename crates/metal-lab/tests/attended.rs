@@ -154,8 +154,8 @@ fn attention(plan: &Plan) -> (Vec<Event>, Vec<usize>) {
     for phase in ["demonstration", "fusion"] {
         mind = train_phase(plan, phase, mind, &streams, &Silent).unwrap().mind;
     }
-    let phase = plan.phase("attention");
-    let mut acl = mind.take_attention(plan, "acl", phase.roster, &streams).unwrap();
+    let phase = plan.phase("attention_phase3");
+    let mut acl = mind.take_attention(plan, "acl_phase3", phase.roster, &streams).unwrap();
     let counts: Vec<Arc<Mutex<usize>>> = mind.members.iter().map(|_| Arc::default()).collect();
     for (member, learned) in mind.members.iter_mut().zip(&counts) {
         let learner = member.learner.clone();
@@ -190,7 +190,7 @@ fn what_nobody_attends_is_never_read() {
         "environment.highway.horizon=25",
     ];
     let mut sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
-    sets.push(format!("phase.attention.budget.episodes={EPISODES}"));
+    sets.push(format!("phase.attention_phase3.budget.episodes={EPISODES}"));
     let plan = plan::parse(experiments::PAPER, &sets).unwrap();
     let (events, learned) = attention(&plan);
 
@@ -237,7 +237,7 @@ fn what_nobody_attends_is_never_read() {
     assert_eq!(decisions, steps + closing);
     assert!(unattended > decisions, "attention leaves sensors alone, or this test shows nothing");
     let tiny: Vec<usize> =
-        plan.roster(&plan.file.phase["attention"].roster).iter().map(|m| learned[m]).collect();
+        plan.roster(&plan.file.phase["attention_phase3"].roster).iter().map(|m| learned[m]).collect();
     assert!(tiny.iter().all(|&n| n > 0 && n <= steps), "{tiny:?}");
     assert_eq!(learned[plan.member("FOA").unwrap()], 0, "the full observer is gone in phase III");
 }

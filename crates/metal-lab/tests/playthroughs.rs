@@ -110,13 +110,13 @@ fn attention_on_the_highway() {
         experiments::PAPER,
         &[
             "phase.fusion.budget.episodes=3",
-            "phase.attention.budget.episodes=12",
-            "attention.acl.settings.min_looks=1",
-            "attention.acl.settings.price_ramp=1.0",
+            "phase.attention_phase3.budget.episodes=12",
+            "attention.acl_phase3.settings.min_looks=1",
+            "attention.acl_phase3.settings.price_ramp=1.0",
         ],
     );
-    let mind = trained(&plan, &["demonstration", "fusion", "attention"]);
-    expect_file!["golden/highway-attention.txt"].assert_eq(&tested(&plan, &mind, "acl"));
+    let mind = trained(&plan, &["demonstration", "fusion", "attention_phase3"]);
+    expect_file!["golden/highway-attention.txt"].assert_eq(&tested(&plan, &mind, "acl_phase3"));
 }
 
 #[test]

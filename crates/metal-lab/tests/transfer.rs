@@ -12,7 +12,7 @@ fn paper() -> plan::Plan {
 /// The shipped experiment with few phases and fewer episodes.
 fn small() -> Transfer {
     let mut file = parse(TRANSFER).unwrap();
-    file.policies.retain(|name| name == "acl" || name == "foa");
+    file.policies.retain(|name| name == "acl_phase3" || name == "foa");
     (file.episodes, file.runs, file.learning.episodes) = (vec![0, 1], 2, 3);
     file.world.truncate(2);
     let mut source = paper().file;
@@ -29,9 +29,9 @@ fn refusal(change: impl FnOnce(&mut metal_lab::transfer::TransferFile)) -> Strin
 #[test]
 fn the_shipped_experiment_is_sound_and_needs_only_what_it_tests() {
     let transfer = Transfer::new(parse(TRANSFER).unwrap(), &paper()).unwrap();
-    assert_eq!(transfer.lead_phase(), "attention");
+    assert_eq!(transfer.lead_phase(), "attention_phase3");
     let phases: Vec<&str> = transfer.source.file.phase.keys().map(String::as_str).collect();
-    assert_eq!(phases, ["attention", "attention_decision", "demonstration", "foa", "fusion"]);
+    assert_eq!(phases, ["attention_decision", "attention_phase3", "demonstration", "foa", "fusion"]);
     assert_eq!(transfer.worlds.len(), transfer.file.world.len());
     assert!(transfer.file.episodes.contains(&20), "the paper's");
 }
@@ -66,11 +66,11 @@ fn a_whole_experiment_in_small() {
     assert_eq!(results.worlds[name]["foa"]["total"].mean, total(none, "foa"));
     assert!(total(one, "foa") != total(none, "foa"));
     // Attention that was never learned cannot be tested, but can be learned.
-    assert!(!results.tests[scratch].contains_key("acl") && results.learned.contains_key(scratch));
+    assert!(!results.tests[scratch].contains_key("acl_phase3") && results.learned.contains_key(scratch));
     assert_eq!(results.learning[scratch].reward.len(), 3);
     assert_eq!(results.drives[one].accumulated.len(), 50);
     let accumulated = results.drives[one].accumulated.last().unwrap().mean;
-    assert!((accumulated / 50.0 - total(one, "acl")).abs() < 1e-9);
+    assert!((accumulated / 50.0 - total(one, "acl_phase3")).abs() < 1e-9);
     assert!(results.expert["total"].mean > total(scratch, "foa"));
     let page = render(&results, "metal transfer").unwrap();
     for word in ["Quick run", "Fig. 11", "from scratch, 1 demonstrations", "<svg", "What transfers"] {

@@ -54,4 +54,24 @@ pub trait Policy: Send {
 
     /// A new episode begins; `learning` says whether experience will follow.
     fn begin(&mut self, _learning: bool) {}
+
+    /// What the last choice was weighed by, if looks are weighed against moves here: values of all moves, then of looks
+    /// by slot of the roster; empty if that choice was left to chance. For pages and figures.
+    fn weighed(&self) -> Option<&[f64]> {
+        None
+    }
 }
+
+/// One choice of a policy that is overheard: a look or a move.
+#[derive(Clone, Copy, Debug)]
+pub struct Heard<'a> {
+    /// Who had said what so far.
+    pub state: &'a DecisionState,
+    /// See [`Policy::weighed`].
+    pub values: Option<&'a [f64]>,
+    /// What was chosen.
+    pub choice: Choice,
+}
+
+/// Told of every choice; nothing can be changed.
+pub type Ear<'a> = &'a mut (dyn FnMut(&Heard<'_>) + Send);

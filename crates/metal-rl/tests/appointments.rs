@@ -109,6 +109,7 @@ fn learned() -> Iterate {
         scaling: Scaling::Linear,
         workers: &Alone,
         interrupted: &|| false,
+        ear: &mut |_| {},
     };
     let phase = Phase {
         exploration: Schedule::Random { from: 0.5, to: 0.1, until: 0.6 },

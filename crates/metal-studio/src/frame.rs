@@ -2,10 +2,10 @@
 
 use metal_lab::plan::Plan;
 use metal_lab::results::{PixelImage, Pose};
-use metal_lab::watched::Heard;
 use metal_rl::decision::DecisionState;
 use metal_rl::environment::Environment;
 use metal_rl::policy::Choice;
+use metal_rl::policy::Heard;
 use metal_rl::view::Percept;
 use metal_worlds::highway::Highway;
 use metal_worlds::highway::camera::COLUMNS;

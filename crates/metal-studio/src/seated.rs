@@ -1,31 +1,24 @@
 //! A mind at the wheel of whatever world: one decision after the other, overheard.
 
 use crate::frame::LaneFrame;
-use crate::subject::{Driver, Subject, SubjectError};
-use metal_lab::mind::Mind;
-use metal_lab::plan::{Acting, Plan};
-use metal_lab::watched::{Heard, Overheard, Wheel};
+use crate::subject::{Subject, SubjectError};
+use metal_lab::plan::Plan;
+use metal_lab::watched::Overheard;
 use metal_rl::environment::{Environment, EnvironmentError};
 use metal_rl::member::Member;
 use metal_rl::phase::{Phase, Sensing};
-use metal_rl::policies::{Attention, Blind};
-use metal_rl::policy::Policy;
+use metal_rl::policies::Blind;
+use metal_rl::policy::{Heard, Policy};
 use metal_rl::random::Streams;
 use metal_rl::run::{Decided, Stage, decide};
 use metal_rl::set::IndexSet;
 use std::sync::Arc;
 
-/// Who sits at the wheel.
-enum Seat {
-    Attention(Box<Attention>),
-    Other(Box<dyn Policy>),
-}
-
 /// A driver with its mind.
 pub struct Seated {
     plan: Arc<Plan>,
     members: Vec<Member>,
-    seat: Seat,
+    policy: Box<dyn Policy>,
     roster: IndexSet,
     label: String,
 }
@@ -38,9 +31,9 @@ impl Seated {
     pub fn new(subject: &mut Subject, driver: usize) -> Result<Self, SubjectError> {
         let row = subject.drivers[driver].clone();
         let mind = subject.mind(&row)?;
-        let seat = seat(subject, &row, &mind);
+        let policy = mind.policy(&subject.plan, &row.acting, row.roster, subject.blind());
         let (plan, members) = (subject.plan.clone(), mind.members.clone());
-        Ok(Self { plan, members, seat, roster: row.roster, label: row.label })
+        Ok(Self { plan, members, policy, roster: row.roster, label: row.label })
     }
 
     /// What the driver looks at in `world` and would do, written into `frame`; nothing is carried out.
@@ -94,10 +87,9 @@ impl Seated {
             frame.hear(&plan, heard.state);
         };
         let mut pressed = person.map(|action| Blind { action });
-        let wheel = match (&mut pressed, &mut self.seat) {
-            (Some(person), _) => Wheel::Other(person),
-            (None, Seat::Attention(attention)) => Wheel::Attention(attention),
-            (None, Seat::Other(policy)) => Wheel::Other(policy.as_mut()),
+        let wheel: &mut dyn Policy = match &mut pressed {
+            Some(person) => person,
+            None => self.policy.as_mut(),
         };
         let mut policy = Overheard::new(wheel, &mut ear);
         let scaling = self.plan.file.scaling;
@@ -105,14 +97,5 @@ impl Seated {
         let Decided { action, look_price, .. } = decide(&mut stage, phase, streams)?;
         (frame.action, frame.look_price) = (action, look_price);
         Ok(())
-    }
-}
-
-fn seat(subject: &Subject, row: &Driver, mind: &Mind) -> Seat {
-    match &row.acting {
-        Acting::Attention(name) if mind.attention.contains_key(name) => {
-            Seat::Attention(Box::new(mind.attention[name].clone()))
-        }
-        acting => Seat::Other(mind.policy(&subject.plan, acting, row.roster, subject.blind())),
     }
 }

@@ -49,6 +49,7 @@ pub(super) fn in_school<T>(
         scaling: plan.file.scaling,
         workers: &Pool,
         interrupted: &|| progress.interrupted(),
+        ear: &mut |_| {},
     })
 }
 

@@ -5,7 +5,7 @@ use super::{Figure, policy};
 use crate::results::{CurvePoint, Estimate, Results};
 
 /// Drawn from below to above; the most important comes last.
-const DRAWN: [&str; 5] = ["acl_paper", "fusion_log_pool", "foa", "fusion", "acl"];
+const DRAWN: [&str; 6] = ["acl_paper", "acl_phase3", "fusion_log_pool", "foa", "fusion", "acl"];
 
 /// Draws the accumulated reward, the reward per block, and its motor part.
 #[must_use]

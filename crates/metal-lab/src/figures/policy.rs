@@ -4,8 +4,9 @@ use super::chart::Ink;
 use crate::results::Results;
 
 /// The policies with a name of their own, in the order of the report; fixed subsets follow.
-pub const ORDER: [&str; 11] = [
+pub const ORDER: [&str; 12] = [
     "acl",
+    "acl_phase3",
     "acl_decision",
     "acl_paper",
     "foa",
@@ -23,8 +24,9 @@ pub const ORDER: [&str; 11] = [
 pub fn label(policy: &str, results: &Results) -> String {
     let known = match policy {
         "acl" => "Attention control (ACL)",
-        "acl_decision" => "ACL in the decision space",
-        "acl_paper" => "ACL as printed",
+        "acl_phase3" => "ACL by the paper's Phase III",
+        "acl_decision" => "Phase III in the decision space",
+        "acl_paper" => "Phase III as printed",
         "foa" => "Full observer (FOA)",
         "foa_paper" => "FOA, paper's learner",
         "fusion" => "Fusion",
@@ -40,7 +42,7 @@ pub fn label(policy: &str, results: &Results) -> String {
 
 fn best_fixed_label(results: &Results) -> String {
     let set = results.best_fixed.as_deref().map(|key| key.strip_prefix("fixed:").unwrap_or(key));
-    set.map_or("Best fixed subset".to_owned(), |set| format!("Best fixed ({set})"))
+    set.map_or("Best fixed choice".to_owned(), |set| format!("Best fixed ({set})"))
 }
 
 /// A name short enough to stand beside a bar or a point.
@@ -48,13 +50,14 @@ fn best_fixed_label(results: &Results) -> String {
 pub fn short_label(policy: &str) -> String {
     let known = match policy {
         "acl" => "ACL",
-        "acl_decision" => "ACL, decision space",
-        "acl_paper" => "ACL as printed",
+        "acl_phase3" => "ACL, Phase III",
+        "acl_decision" => "Phase III, decision space",
+        "acl_paper" => "Phase III as printed",
         "foa" => "FOA",
         "foa_paper" => "FOA, paper's learner",
         "fusion" => "fusion",
         "fusion_log_pool" => "fusion, log pool",
-        "best_fixed" => "best fixed subset",
+        "best_fixed" => "best fixed choice",
         "random" => "random attention",
         "blind" => "best blind action",
         "oracle" => "expert (oracle)",
@@ -68,6 +71,7 @@ pub fn short_label(policy: &str) -> String {
 pub fn ink(policy: &str) -> Ink {
     Ink(match policy {
         "acl" => "acl",
+        "acl_phase3" => "acl-phase3",
         "acl_decision" => "acl-decision",
         "acl_paper" => "acl-paper",
         "foa" => "foa",

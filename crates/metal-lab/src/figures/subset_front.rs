@@ -1,4 +1,4 @@
-//! Price of looking against motor cost: every fixed subset of sensors, the front they form, and the learned policies.
+//! Price of looking against motor cost: fixed choices of sensors, the front they form, and the learned policies.
 
 use super::chart::{
     Area, Axis, Frame, Ink, Key, Label, Paint, Svg, legend_height, legend_rows, place_labels,
@@ -9,18 +9,6 @@ use crate::results::{FrontPoint, Results, Stage};
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 360.0;
 const LEFT: f64 = 70.0;
-const POLICIES: [&str; 10] = [
-    "acl",
-    "acl_decision",
-    "acl_paper",
-    "foa",
-    "foa_paper",
-    "fusion",
-    "fusion_log_pool",
-    "random",
-    "blind",
-    "oracle",
-];
 
 /// Draws the front; `None` unless some fixed subset was measured.
 #[must_use]
@@ -40,9 +28,9 @@ pub fn draw(results: &Results) -> Option<Figure> {
     let mut labels = draw_learned(&mut svg, &frame, &learned);
     labels.extend(draw_subsets(&mut svg, &frame, subsets));
     place_labels(&mut svg, area, &labels);
-    let caption = "Each point is one way to look. Up is better driving, left is cheaper looking; total cost is equal \
+    let caption = "Each point is one way to look. “/2” is looked at at every second step. Up is better driving, left is cheaper looking; total cost is equal \
                    along the pale lines and falls towards the upper left. The line joins the \
-                   best fixed subset (confirmed, if any is) for every budget: a learner that looks where it matters should lie above and to the left of it.";
+                   best fixed choice (confirmed, if any is) for every budget: a learner that looks where it matters should lie above and to the left of it.";
     let panels = vec![svg.finish("Price of looks against motor cost")];
     Some(Figure { id: "subset_front", caption: caption.to_owned(), panels })
 }
@@ -55,15 +43,15 @@ fn learned(results: &Results) -> Vec<Learned> {
         let price = -results.estimate(policy, "mix", "perceptual")?.mean;
         Some((policy, price, results.estimate(policy, "mix", "motor")?.mean))
     };
-    POLICIES.iter().filter_map(find).collect()
+    policy::ORDER.iter().filter(|&&name| name != "best_fixed").filter_map(find).collect()
 }
 
 fn keys() -> Vec<Key> {
     let key = |label: &str, paint, is_line| Key { label: label.to_owned(), paint, is_line };
     vec![
-        key("fixed subset, confirmed", Paint::fill(Ink("fixed")), false),
-        key("fixed subset, screened only", Paint::fill(Ink("fixed")).faded(0.35), false),
-        key("front of the fixed subsets", Paint::line(Ink("fixed"), 1.6), true),
+        key("fixed choice, confirmed", Paint::fill(Ink("fixed")), false),
+        key("fixed choice, screened only", Paint::fill(Ink("fixed")).faded(0.35), false),
+        key("front of the fixed choices", Paint::line(Ink("fixed"), 1.6), true),
         key("equal total cost", Paint::line(Ink::MUTED, 1.0).faded(0.45).dashed(), true),
     ]
 }
@@ -150,8 +138,8 @@ fn draw_subsets(svg: &mut Svg, frame: &Frame, subsets: &[FrontPoint]) -> Vec<Lab
 
 /// The sensors; all of them together have a name that is too long for the chart.
 fn name(subset: &FrontPoint) -> String {
-    if subset.sensors.len() == policy::SENSORS.len() {
+    if subset.sensors.len() == policy::SENSORS.len() && subset.every == 1 {
         return "all sensors".to_owned();
     }
-    subset.sensors.join("+")
+    subset.words("+")
 }

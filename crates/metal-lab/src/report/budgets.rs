@@ -75,7 +75,7 @@ fn fixed(file: &PlanFile, subsets: &SubsetsFile) -> Row {
     let learner = learner.map_or("that of attention control", |l| l.name());
     let screened = crate::figures::number::percent(subsets.screening_share);
     Row {
-        who: "Fixed subsets, confirmed".to_owned(),
+        who: "Fixed choices, confirmed".to_owned(),
         what: format!(
             "{}as many steps as {} have together, by one learner ({learner}) on its constant set; {screened} of \
              that while screening",
@@ -96,14 +96,14 @@ mod tests {
         let rows = rows(&Results { config, ..Results::default() });
         let what = |who: &str| &rows.iter().find(|r| r.who.contains(who)).unwrap().what;
         assert_eq!(what("FOA"), "200 steps of demonstration, then 1200 episodes of foa");
-        assert!(what("(ACL)").ends_with("600 episodes of fusion, then 1800 episodes of attention"));
-        assert_eq!(what("oracle"), "no learning");
-        let fixed = what("Fixed subsets");
+        assert!(what("(ACL)").ends_with("600 episodes of fusion, then 180000 steps of attention"));
         assert!(
-            fixed.contains("600 episodes of fusion and 1800 episodes of attention have together"),
-            "{fixed}"
+            what("Phase III").ends_with("600 episodes of fusion, then 1800 episodes of attention phase3")
         );
-        assert!(fixed.contains("(mlp)"), "{fixed}");
+        assert_eq!(what("oracle"), "no learning");
+        let fixed = what("Fixed choices");
+        assert!(fixed.contains("180000 steps of attention have together"), "{fixed}");
+        assert!(fixed.contains("(that of attention control)"), "{fixed}");
     }
 
     #[test]

@@ -185,12 +185,12 @@ fn cheaper_subsets(results: &Results) -> Option<String> {
     let ours = results.estimate("acl", "mix", "total")?;
     let subsets = &results.figures.subset_front;
     let cheaper: Vec<String> =
-        subsets.iter().filter(|s| s.total.mean > ours.mean).map(|s| s.sensors.join("+")).collect();
+        subsets.iter().filter(|s| s.total.mean > ours.mean).map(|s| s.words("+")).collect();
     (!cheaper.is_empty()).then(|| {
         let shown = cheaper.iter().take(6).cloned().collect::<Vec<_>>().join(", ");
         let more = if cheaper.len() > 6 { ", …" } else { "" };
         format!(
-            "{} of {} fixed subsets cost less in total than attention control ({shown}{more}), those only screened on \
+            "{} of {} fixed choices cost less in total than attention control ({shown}{more}), those only screened on \
              few seeds included.",
             cheaper.len(),
             subsets.len()
@@ -234,7 +234,7 @@ mod tests {
         let found = against(&results(-14.0, -12.0));
         assert_eq!(found.len(), 4);
         assert!(found[0].contains("−12.00") && found[0].contains("do not overlap"), "{}", found[0]);
-        assert!(caveat(&results(-14.0, -12.0)).unwrap().contains("Best fixed subset (−12.00)"));
+        assert!(caveat(&results(-14.0, -12.0)).unwrap().contains("Best fixed choice (−12.00)"));
         assert_eq!(caveat(&results(-12.0, -14.0)), None);
         assert!(against(&results(-12.0, -14.0)).is_empty());
     }
@@ -244,7 +244,7 @@ mod tests {
         let goals = goals(&results(-12.0, -14.0));
         let state = |part: &str| goals.iter().find(|g| g.text.contains(part)).unwrap().state;
         assert_eq!(state("÷ FOA"), "not run");
-        assert_eq!(state("best fixed subset"), "met");
+        assert_eq!(state("best fixed choice"), "met");
         assert!(headline(&Results::default()).contains("not evaluated"));
     }
 }

@@ -238,7 +238,7 @@ pub fn roads(results: &Results) -> Table {
     Table { caption: String::new(), columns, rows }
 }
 
-/// Every fixed subset that was measured, the cheapest in total first.
+/// Every fixed choice that was measured, the cheapest in total first.
 #[must_use]
 pub fn subsets(results: &Results) -> Table {
     let mut points: Vec<_> = results.figures.subset_front.iter().collect();
@@ -249,11 +249,11 @@ pub fn subsets(results: &Results) -> Table {
             crate::results::Stage::Screened => "screened",
             crate::results::Stage::Confirmed => "confirmed",
         };
-        let name = Cell::name(p.sensors.join(" + "));
+        let name = Cell::name(p.words(" + "));
         vec![name, Cell::text(stage), cost(p.total), cost(p.motor), Cell::text(number::fixed(p.price, 1))]
     };
     Table {
-        caption: "“Screened”: few seeds. “Confirmed”: trained again on fresh seeds, so that choosing the winner is \
+        caption: "“/2”: looked at only at every second step. “Screened”: few seeds. “Confirmed”: trained again on fresh seeds, so that choosing the winner is \
                   not selection."
             .to_owned(),
         columns: ["Sensors", "", "Total cost", "Motor cost", "Price of looks"].map(str::to_owned).to_vec(),

@@ -93,7 +93,7 @@ fn interleave(runs: &[Vec<EpisodeRecord>], most: usize) -> Vec<&EpisodeRecord> {
 fn ratios(outcome: &Outcome) -> BTreeMap<String, Estimate> {
     let mut ratios = BTreeMap::new();
     let best = outcome.best_fixed.clone().unwrap_or_default();
-    for ours in ["acl", "acl_decision", "acl_paper"] {
+    for ours in ["acl", "acl_phase3", "acl_decision", "acl_paper"] {
         for (name, theirs) in [("foa", "foa"), ("fusion", "fusion"), ("best_fixed", best.as_str())] {
             for (roads, table) in &outcome.tables {
                 let Some(estimate) = ratio_on(table, ours, theirs) else { continue };
@@ -150,16 +150,15 @@ fn front(outcome: &Outcome) -> Vec<FrontPoint> {
     let spec = &outcome.plan.spec;
     let names =
         |sensors: metal_rl::set::IndexSet| sensors.iter().map(|s| spec.sensors[s].name.clone()).collect();
-    // The front compares who always looks; those who look now and then have rows of their own in the tables.
     let mut points: Vec<FrontPoint> = outcome
         .screened
         .iter()
-        .filter(|s| s.rival.every == 1)
         .filter_map(|s| {
             let totals: Vec<f64> = s.motor.iter().map(|m| m - s.price).collect();
             let (motor, total) = (over_seeds(&s.motor)?, over_seeds(&totals)?);
             Some(FrontPoint {
                 sensors: names(s.rival.sensors),
+                every: s.rival.every,
                 price: s.price,
                 motor,
                 total,
@@ -168,14 +167,15 @@ fn front(outcome: &Outcome) -> Vec<FrontPoint> {
         })
         .collect();
     let scenario = outcome.plan.file.environment.training_scenario();
-    for &rival in outcome.confirmed.iter().filter(|rival| rival.every == 1) {
+    for &rival in &outcome.confirmed {
         let (policy, sensors) = (subsets::name(&outcome.plan, rival), rival.sensors);
         let table = outcome.tables.get(&main_roads()).and_then(|t| t.get(&policy)?.get(&scenario));
         let Some(runs) = table else { continue };
         let measures = cell(runs);
-        let price = sensors.iter().map(|s| spec.sensors[s].price).sum();
+        let price = sensors.iter().map(|s| spec.sensors[s].price).sum::<f64>() / rival.every as f64;
         let (Some(&motor), Some(&total)) = (measures.get("motor"), measures.get("total")) else { continue };
-        points.push(FrontPoint { sensors: names(sensors), price, motor, total, stage: Stage::Confirmed });
+        let (sensors, every) = (names(sensors), rival.every);
+        points.push(FrontPoint { sensors, every, price, motor, total, stage: Stage::Confirmed });
     }
     points
 }

@@ -10,6 +10,7 @@ use crate::plan::{Acting, Plan, PlanError};
 use crate::progress::Progress;
 use crate::train::{RunError, Trained, train_seed_kept};
 use metal_rl::counterfactual::LookRule;
+use metal_rl::decision::Content;
 use metal_rl::phase::{Budget, Sensing};
 use metal_rl::random::Streams;
 use metal_rl::set::IndexSet;
@@ -75,6 +76,7 @@ fn same_recipe(
     let eyes = plan.single_eyes(&rows.like).unwrap_or_default();
     let members: Vec<String> = rival.sensors.iter().map(|s| eyes[s].clone()).collect();
     file.attention.retain(|name, _| name == controller);
+    let mut like = file.phase[&rows.like].clone();
     for config in file.attention.values_mut().filter_map(|row| row.counterfactual.as_mut()) {
         if config.judges_twice() {
             // Moves are judged after one set of looks only where looks are not free, so twice the moments cost the same.
@@ -85,8 +87,11 @@ fn same_recipe(
             steps => LookRule::Every { steps, members: members.clone() },
         };
         *config = config.clone().with_fits(share, usize::MAX);
+        if config.content == Content::Readings {
+            // Whoever learns from readings has no use for what members learned before.
+            like.after = None;
+        }
     }
-    let mut like = file.phase[&rows.like].clone();
     like.budget = Budget::Steps(steps(plan, rows.budget_of.iter(), share));
     let mut kept = BTreeMap::new();
     let mut at = like.after.clone();

@@ -175,7 +175,10 @@ pub struct MapPoint {
 pub struct FrontPoint {
     /// The sensors.
     pub sensors: Vec<String>,
-    /// Price of reading all of them once; positive.
+    /// They are read at every so-manieth motor step; 1 is always.
+    #[serde(default = "always")]
+    pub every: usize,
+    /// Price of its looks per motor step; positive.
     pub price: f64,
     /// Mean motor cost per motor step.
     pub motor: Estimate,
@@ -183,6 +186,20 @@ pub struct FrontPoint {
     pub total: Estimate,
     /// How thoroughly it was measured.
     pub stage: Stage,
+}
+
+/// What results say that were written before rhythms were among the fixed choices.
+const fn always() -> usize {
+    1
+}
+
+impl FrontPoint {
+    /// The sensors with `between` between them, and `/2` after them if they are read at every second step.
+    #[must_use]
+    pub fn words(&self, between: &str) -> String {
+        let rhythm = if self.every == 1 { String::new() } else { format!("/{}", self.every) };
+        format!("{}{rhythm}", self.sensors.join(between))
+    }
 }
 
 /// How thoroughly a fixed subset was measured.

@@ -125,6 +125,7 @@ impl School<'_> {
             scaling: mind.recipe.scaling,
             workers,
             interrupted: &|| false,
+            ear: &mut |_| {},
         };
         let streams = self.streams.child("phase").child(&phase.name);
         Ok(iterate(&mut school, config, phase, &streams, self.observer)?.policy)

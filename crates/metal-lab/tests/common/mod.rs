@@ -191,6 +191,7 @@ fn subsets() -> Vec<FrontPoint> {
             let is_confirmed = (i, j) == (0, 3) || (i, j) == (0, 0) || (i, j) == (0, 6);
             found.push(FrontPoint {
                 sensors: pair.iter().map(|s| s.0.to_owned()).collect(),
+                every: 1,
                 price,
                 motor: around(motor, 0.4),
                 total: around(motor - price, 0.4),

@@ -10,6 +10,14 @@ const FOA_RATE: &str = "rate = { constant = 0.2 }\nexploration = { soft_max";
 /// All members of the fusion phase.
 pub const EVERYBODY: &str = "[\"MN\", \"LN\", \"RN\", \"MF\", \"LF\", \"RF\", \"IR\", \"FOA\"]";
 
+/// How fixed choices learn: by the recipe of attention.
+const FIXED: &str = "like = \"attention\"\nbudget_of = [\"attention\"]\namong = [\"RN\", \"MF\", \"RF\", \"MN+RN\", \"RN/2\", \"RN/3\", \
+                     \"MF/2\", \"MN+RN/3\", \"RN+MF/3\"]";
+
+/// The same with the head of its table.
+const SUBSETS: &str = "[subsets]\nlike = \"attention\"\nbudget_of = [\"attention\"]\namong = [\"RN\", \"MF\", \"RF\", \"MN+RN\", \"RN/2\", \
+                       \"RN/3\", \"MF/2\", \"MN+RN/3\", \"RN+MF/3\"]";
+
 /// Keys nobody knows: at the top, in tables, in settings of learners, worlds, attention.
 #[rustfmt::skip]
 pub const UNKNOWN_KEYS: &[Change] = &[
@@ -25,7 +33,7 @@ pub const UNKNOWN_KEYS: &[Change] = &[
     ("rate = \"full\"", "rate = \"full\"\nrates = 1", "rates", &["phase.demonstration", "`rates`", "`rate`"]),
     ("[member.MN]", "[member.MN]\nsensor = 1", "sensor = 1", &["member.MN", "`sensor`", "`sensors`"]),
     ("[policy.blind]", "[policy.blind]\nfoo = 1", "foo", &["policy.blind", "`foo`", "`acting`"]),
-    ("like = \"foa\"", "likes = \"foa\"", "likes", &["subsets", "`likes`", "`like`"]),
+    ("like = \"attention\"", "likes = \"attention\"", "likes", &["subsets", "`likes`", "`like`"]),
     ("null = 0.0 }", "nil = 0.0 }", "nil", &["attention.acl_paper.settings.encoding", "`nil`", "`null`"]),
 ];
 
@@ -66,10 +74,10 @@ pub const IMPOSSIBLE_NUMBERS: &[Change] = &[
     ("price_ramp = 0.0", "rate = { constant = 0 }", "rate = { constant = 0 }", &["attention.acl_paper.settings.rate.constant", "(0, 1]"]),
     ("null = 0.0", "null = nan", "null = nan", &["attention.acl_paper.settings.encoding.null", "NaN", "finite"]),
     ("runs = 500", "runs = 0", "runs = 0", &["evaluation.runs", "0: ", "between 1 and"]),
-    ("screening_share = 0.1", "screening_share = 0", "screening_share", &["subsets.screening_share", "0: ", "(0, 1]"]),
+    ("screening_share = 0.25", "screening_share = 0", "screening_share", &["subsets.screening_share", "0: ", "(0, 1]"]),
     ("screening_seeds = 2", "screening_seeds = 0", "screening_seeds", &["subsets.screening_seeds", "0: "]),
     ("screening_runs = 60", "screening_runs = 0", "screening_runs", &["subsets.screening_runs", "0: "]),
-    ("confirmed = 3", "confirmed = 0", "confirmed", &["subsets.confirmed", "0: "]),
+    ("confirmed = 2", "confirmed = 0", "confirmed = 0", &["subsets.confirmed", "0: "]),
     ("random_looks = 2.0", "random_looks = 0.5", "random_looks", &["policy.random.acting.random_looks", "0.5: ", "at least 1"]),
     ("scenario = \"mix\"", "horizon = 0", "horizon", &["environment.highway.horizon", "0: ", "between 1 and"]),
     ("roads = \"training\"", "roads = { seeds = [] }", "seeds = []", &["environment.highway.roads.seeds", "empty", "at least one road"]),
@@ -92,21 +100,21 @@ pub const NAMES: &[Change] = &[
     ("sensors = [\"MN\"]", "sensors = []", "sensors = []", &["member.MN.sensors", "empty"]),
     ("sensors = [\"MN\"]", "sensors = [\"MN\", \"MN\"]", "\"MN\", \"MN\"", &["member.MN.sensors", "`MN` twice"]),
     ("learner = \"tiny\"", "learner = \"huge\"", "huge", &["member.MN.learner", "learner `huge`", "known: acl"]),
-    ("learner = \"acl\"", "learner = \"none\"", "\"none\"", &["attention.acl.learner", "learner `none`", "known: "]),
-    ("{ attention = \"acl\" }", "{ attention = \"a\" }", "\"a\"", &["phase.attention.acting.attention", "`a`", "known: acl, acl_decision, acl_paper"]),
+    ("learner = \"acl\"", "learner = \"none\"", "\"none\"", &["attention.acl_phase3.learner", "learner `none`", "known: "]),
+    ("{ attention = \"acl\" }", "{ attention = \"a\" }", "\"a\"", &["phase.attention.acting.attention", "`a`", "known: acl, acl_decision, acl_paper, acl_phase3"]),
     ("{ solo = \"FOA\" }", "{ solo = \"MN\" }", "solo = \"MN\"", &["phase.foa.acting.solo", "member `MN`", "known: FOA"]),
     ("after = \"demonstration\"", "after = \"birth\"", "birth", &["phase.foa.after", "phase `birth`", "known: attention, "]),
     ("after = \"demonstration\"", "after = \"foa\"", "after = \"foa\"", &["phase.foa.after", "from `foa` itself"]),
     ("bootstrap = \"FOA\"", "bootstrap = \"God\"", "God", &["phase.fusion.bootstrap", "member `God`", "known: MN"]),
     ("[policy.foa]\nafter = \"foa\"", "[policy.foa]\nafter = \"fo\"", "\"fo\"", &["policy.foa.after", "phase `fo`", "known: "]),
     ("\"mix\", \"free_road\"", "\"rain\"", "\"rain\"", &["evaluation.scenarios", "scenario `rain`", "known: mix"]),
-    ("like = \"foa\"", "like = \"nobody\"", "like = \"nobody\"", &["subsets.like", "phase `nobody`", "known: "]),
-    ("budget_of = [\"demonstration\", \"fusion\"", "budget_of = [\"sleep\"", "sleep", &["subsets.budget_of", "phase `sleep`"]),
-    ("budget_of = [\"demonstration\", \"fusion\", \"attention\"]", "budget_of = []", "budget_of", &["subsets.budget_of"]),
-    ("confirmed = 3", "confirmed = 3\namong = [\"MN+XY\"]", "among", &["subsets.among", "sensor `XY`", "known: "]),
-    ("confirmed = 3", "confirmed = 3\namong = [\"MN/0\"]", "among", &["subsets.among", "`MN/0`", "at least 1"]),
-    ("confirmed = 3", "confirmed = 3\namong = [\"MN/2\"]", "among", &["subsets.among", "`MN/2`", "counterfactual"]),
-    ("learner = \"subset\"", "learner = \"sub\"", "\"sub\"", &["subsets.learner", "learner `sub`"]),
+    ("like = \"attention\"", "like = \"nobody\"", "like = \"nobody\"", &["subsets.like", "phase `nobody`", "known: "]),
+    ("budget_of = [\"attention\"]", "budget_of = [\"sleep\"]", "sleep", &["subsets.budget_of", "phase `sleep`"]),
+    ("budget_of = [\"attention\"]", "budget_of = []", "budget_of", &["subsets.budget_of"]),
+    ("\"RN/2\"", "\"MN+XY\"", "MN+XY", &["subsets.among", "sensor `XY`", "known: "]),
+    ("\"RN/2\"", "\"MN/0\"", "MN/0", &["subsets.among", "`MN/0`", "at least 1"]),
+    ("like = \"attention\"", "learner = \"acl\"\nlike = \"foa\"", "among = [", &["subsets.among", "`RN/2`", "counterfactual"]),
+    (FIXED, "like = \"foa\"\nlearner = \"sub\"\nbudget_of = [\"foa\"]", "\"sub\"", &["subsets.learner", "learner `sub`"]),
     ("[phase.foa]", "[phase.\"../../foa\"]", "[phase.demonstration]", &["phase: ", "`../../foa`", "letters, digits"]),
     ("[policy.blind]", "[policy.best_fixed]", "[policy.best_fixed]", &["policy.best_fixed", "kept for"]),
 ];
@@ -117,12 +125,12 @@ pub const PARTS: &[Change] = &[
     ("sensing = \"everyone\"", "", "[phase.demonstration]", &["phase.demonstration.sensing", "nobody would learn", "everyone"]),
     ("acting = \"advisor\"", "acting = \"blind\"", "\"blind\"", &["phase.demonstration.acting", "only a policy"]),
     (
-        "acting = { attention = \"acl\" }\nrate",
-        "acting = { attention = \"acl\" }\nbootstrap = \"MN\"\nrate",
+        "acting = { attention = \"acl_phase3\" }\nrate",
+        "acting = { attention = \"acl_phase3\" }\nbootstrap = \"MN\"\nrate",
         "bootstrap = \"MN\"",
-        &["phase.attention.bootstrap", "`MN` does not look before every move"],
+        &["phase.attention_phase3.bootstrap", "`MN` does not look before every move"],
     ),
-    ("after = \"attention\"", "after = \"fusion\"", "after = \"fusion\"\nroster = [\"MN\", \"LN\", \"RN\", \"MF\", \"LF\", \"RF\", \"IR\"]\nacting = { attention = \"acl\" }\n\n[policy.acl_decision]", &["policy.acl.after", "`acl` is not trained in phase `fusion`"]),
+    ("after = \"attention\"", "after = \"fusion\"", "after = \"fusion\"\nroster = [\"MN\", \"LN\", \"RN\", \"MF\", \"LF\", \"RF\", \"IR\"]\nacting = { attention = \"acl\" }\n\n[policy.acl_phase3]", &["policy.acl.after", "`acl` is not trained in phase `fusion`"]),
     ("after = \"attention\"\n", "", "[policy.acl]", &["policy.acl.after", "missing", "which phase"]),
     (
         "after = \"attention\"\nroster = [\"MN\", ",
@@ -149,6 +157,16 @@ pub const PARTS: &[Change] = &[
         &["policy.fusion_log_pool.acting.fusion", "add up to nothing"],
     ),
     ("[learner.tiny.mlp]", "[learner.tiny.given]", "learner = \"tiny\"", &["member.MN.learner", "one number per action"]),
-    ("[learner.acl.mlp]", "[learner.acl.given]", "learner = \"acl\"", &["attention.acl.learner", "one number per action"]),
-    ("[learner.subset.mlp]", "[learner.subset.given]", "learner = \"subset\"", &["subsets.learner", "one number per action"]),
+    (
+        "[learner.acl.mlp]",
+        "[learner.acl.given]",
+        "learner = \"acl\"\nsettings = { encoding = { content = \"support\"",
+        &["attention.acl_decision.learner", "one number per action"],
+    ),
+    (
+        SUBSETS,
+        "[learner.spare.given]\n\n[subsets]\nlike = \"foa\"\nlearner = \"spare\"\nbudget_of = [\"foa\"]",
+        "learner = \"spare\"",
+        &["subsets.learner", "one number per action"],
+    ),
 ];

@@ -18,6 +18,7 @@ use crate::member::Member;
 use crate::observe::Observer;
 use crate::phase::{Budget, Phase};
 use crate::policies::Counterfactual;
+use crate::policy::Ear;
 use crate::random::Streams;
 use crate::set::IndexSet;
 use crate::view::Scaling;
@@ -43,6 +44,8 @@ pub struct School<'a> {
     pub workers: &'a dyn Workers,
     /// Asked between iterations: whether to stop.
     pub interrupted: &'a dyn Fn() -> bool,
+    /// Told of every choice while the student drives for its lessons.
+    pub ear: Ear<'a>,
 }
 
 /// Why nobody could be taught.

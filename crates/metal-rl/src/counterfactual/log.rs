@@ -148,7 +148,7 @@ pub fn log(
 ) -> Result<Vec<Moment>, EnvironmentError> {
     let note = Note::default();
     let mut driver = Counterfactual::new(drive.student.clone(), school.roster.clone());
-    let mut scout = Scout { driver: &mut driver, note: note.clone() };
+    let mut scout = Scout { driver: &mut driver, note: note.clone(), ear: &mut *school.ear };
     let (now, entries) = (Vec::new(), VecDeque::new());
     let world = &mut *school.environment;
     let mut logger = Logger { world, note, limit: drive.limit, steps: 0, now, entries, most };
@@ -278,6 +278,7 @@ mod tests {
             scaling: Scaling::Linear,
             workers: &Alone,
             interrupted: &|| false,
+            ear: &mut |_| {},
         };
         let phase = Phase { budget: Budget::Steps(6), ..Phase::evaluation("drive", IndexSet::first(2), 0) };
         let streams = Streams::new(2);

@@ -8,7 +8,7 @@ use super::recollection::Footstep;
 use crate::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use crate::observe::Observer;
 use crate::policies::Counterfactual;
-use crate::policy::{Choice, Policy, Situation};
+use crate::policy::{Choice, Ear, Heard, Policy, Situation};
 use crate::random::{Rng, Streams};
 use crate::run::{Stage, run};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -30,10 +30,11 @@ pub(super) fn lock(note: &Note) -> std::sync::MutexGuard<'_, Option<Gaze>> {
     note.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A driver that notes what it knew at every move.
+/// A driver that notes what it knew at every move, and is overheard.
 pub(super) struct Scout<'a> {
     pub driver: &'a mut Counterfactual,
     pub note: Note,
+    pub ear: Ear<'a>,
 }
 
 impl Policy for Scout<'_> {
@@ -42,6 +43,7 @@ impl Policy for Scout<'_> {
         if matches!(choice, Choice::Move(_)) {
             *lock(&self.note) = Some(self.driver.gaze().clone());
         }
+        (self.ear)(&Heard { state: situation.state, values: self.driver.weighed(), choice });
         choice
     }
 
@@ -129,7 +131,7 @@ pub fn gather(
 ) -> Result<Option<Gathered>, EnvironmentError> {
     let note = Note::default();
     let mut driver = Counterfactual::new(drive.student.clone(), school.roster.clone());
-    let mut scout = Scout { driver: &mut driver, note: note.clone() };
+    let mut scout = Scout { driver: &mut driver, note: note.clone(), ear: &mut *school.ear };
     let mut track = Track {
         world: &mut *school.environment,
         note,

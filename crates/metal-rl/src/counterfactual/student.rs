@@ -378,6 +378,24 @@ impl Student {
         (must || best.1 > self.threshold(scratch)).then_some(best)
     }
 
+    /// Whether it weighs looks at members against moving now, as far as it may choose at all.
+    #[must_use]
+    pub fn weighs_looks(&self) -> bool {
+        self.rule.is_free() && !self.rule.appoints()
+    }
+
+    /// The values in `scratch` on one scale, added to `out`: the best move is worth moving now, the others less as they are
+    /// worse, and a look what is expected after it.
+    pub fn weigh(&self, scratch: &Scratch, out: &mut Vec<f64>) {
+        if !self.weighs_looks() || self.wide_eyed {
+            return;
+        }
+        let (stop, best) = (scratch.values[self.stop()], scratch.values[self.best_move(scratch)]);
+        out.extend(scratch.values[..self.actions].iter().map(|value| stop + value - best));
+        let base = stop - self.threshold(scratch);
+        out.extend(scratch.values[self.actions..self.stop()].iter().map(|look| base + look));
+    }
+
     /// What a look must be worth more than: nothing, if looks are valued against moving now.
     fn threshold(&self, scratch: &Scratch) -> f64 {
         if self.config.fit.relative { 0.0 } else { scratch.values[self.stop()] }

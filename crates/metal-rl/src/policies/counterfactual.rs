@@ -20,6 +20,8 @@ pub struct Counterfactual {
     gaze: Gaze,
     scratch: Scratch,
     block: Vec<f64>,
+    /// See [`Policy::weighed`].
+    weighed: Vec<f64>,
     moved: Option<usize>,
     errand: Option<Errand>,
     rests: Rests,
@@ -46,8 +48,8 @@ impl Counterfactual {
         let encoding = Encoding { content: student.config().content, ..Encoding::default() };
         let (gaze, scratch) = (Gaze::new(student.layout()), student.scratch());
         let rests = Rests::new(RestConfig::default(), members.len());
-        let block = Vec::new();
-        Self { student, encoding, members, gaze, scratch, block, moved: None, errand: None, rests }
+        let (block, weighed) = (Vec::new(), Vec::new());
+        Self { student, encoding, members, gaze, scratch, block, weighed, moved: None, errand: None, rests }
     }
 
     /// What it learned.
@@ -77,8 +79,13 @@ impl Counterfactual {
 
     /// The next look or move: by the student, or on an errand.
     fn next(&mut self) -> Next {
+        self.weighed.clear();
         match self.errand {
-            None => self.student.next_but(self.rests.resting(), &mut self.gaze, &mut self.scratch),
+            None => {
+                let next = self.student.next_but(self.rests.resting(), &mut self.gaze, &mut self.scratch);
+                self.student.weigh(&self.scratch, &mut self.weighed);
+                next
+            }
             Some(Errand { slot: Some(slot), .. }) if !self.gaze.attended().contains(slot) => Next::Look(slot),
             Some(_) => {
                 self.student.evaluate(self.gaze.input(), &mut self.scratch);
@@ -108,6 +115,10 @@ impl Counterfactual {
 }
 
 impl Policy for Counterfactual {
+    fn weighed(&self) -> Option<&[f64]> {
+        self.student.weighs_looks().then_some(&self.weighed)
+    }
+
     fn begin(&mut self, _learning: bool) {
         self.gaze.reset();
         (self.moved, self.errand) = (None, None);

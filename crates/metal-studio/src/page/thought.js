@@ -64,6 +64,11 @@ function supportCell(support, action, best) {
 /** Values of acting against values of looking, before the look or the move that comes now. */
 export function drawValues(box, note, world, lane, count) {
   const values = lane.values[Math.min(count, lane.values.length - 1)];
+  if (values?.length === 0) {
+    note.textContent = '';
+    box.replaceChildren(element('p', 'note', 'Nothing is weighed here: this choice was left to chance, or everything is looked at.'));
+    return;
+  }
   if (!values) {
     note.textContent = '';
     box.replaceChildren(element('p', 'note', 'This driver weighs no looks: only attention control has values of looking and acting.'));

@@ -16,7 +16,7 @@ use metal_lab::plan::{Acting, Plan};
 use metal_lab::registry::Roads;
 use metal_lab::trace::Trace;
 use metal_lab::train::{RunError, Watch, learn_phase};
-use metal_lab::watched::Heard;
+use metal_rl::policy::Heard;
 use metal_rl::random::Streams;
 use std::sync::Arc;
 use tap::{Eye, Tap, world};

@@ -8,10 +8,10 @@ use crate::learned::{Episode, Learned};
 use metal_lab::plan::{Acting, Plan};
 use metal_lab::trace::Trace;
 use metal_lab::train::{RunError, classroom};
-use metal_lab::watched::Heard;
 use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use metal_rl::member::Member;
 use metal_rl::observe::{Observer, Step};
+use metal_rl::policy::Heard;
 use metal_worlds::highway::Highway;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -96,6 +96,14 @@ impl Environment for Shown<'_> {
 
     fn advise(&mut self) -> Option<usize> {
         self.world().advise()
+    }
+
+    /// Copies are where moves are tried out: nobody watches them, and a pause waits for the next step of the world itself.
+    fn fork(&self) -> Option<Box<dyn Environment>> {
+        match &self.room {
+            Room::Road(world) => world.fork(),
+            Room::Recording(world) => world.fork(),
+        }
     }
 }
 

@@ -86,12 +86,6 @@ impl Attention {
         self.learner.as_ref()
     }
 
-    /// The learned values of moves and looks in the state last decided on (moves first, then looks by slot).
-    #[must_use]
-    pub fn values(&self) -> &[f64] {
-        &self.values
-    }
-
     /// Which choices are open: every move once enough looks were taken, every member not yet consulted (reading R17)
     /// that does not rest (R116).
     fn available(&self, attended: IndexSet) -> IndexSet {
@@ -169,6 +163,10 @@ impl Policy for Attention {
         } else {
             Choice::Consult(self.members[choice - self.actions])
         }
+    }
+
+    fn weighed(&self) -> Option<&[f64]> {
+        Some(&self.values)
     }
 
     fn experience(&mut self, experience: Experience) {

@@ -1,5 +1,5 @@
 //! Debug and release give the same bits: what drives and learners come to is written down once (`golden/bits.txt`), and
-//! `./test` compares with it programs that were compiled without optimisation, with some, and with all of it.
+//! `./test` compares both with it.
 
 use expect_test::expect_file;
 use metal_rl::environment::{End, Environment};

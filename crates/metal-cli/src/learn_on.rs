@@ -1,7 +1,7 @@
 //! `metal drive --learn`: a trained mind learns on, on a body.
 
 use anyhow::ensure;
-use metal_lab::learn_on::learn_on;
+use metal_lab::learn_on::{can_learn_on, learn_on};
 use metal_lab::mind::Mind;
 use metal_lab::plan::Plan;
 use metal_lab::store::{RunCard, Store};
@@ -38,6 +38,16 @@ impl Pupil<'_> {
             !acting.is_watched(),
             "--learn: in phase `{}` the mind only watches: --demonstrate records what it can learn from",
             self.phase
+        );
+        let by_steps = |phase: &&String| {
+            can_learn_on(self.plan, phase) && !self.plan.file.phase[*phase].acting.is_watched()
+        };
+        ensure!(
+            can_learn_on(self.plan, self.phase),
+            "--learn: phase `{}` is learned by counterfactual policy iteration, in a world that can be copied; a mind learns on \
+             from {}",
+            self.phase,
+            self.plan.file.phase.keys().filter(by_steps).cloned().collect::<Vec<_>>().join(", ")
         );
         let (learned, outcome) = learn_on((self.plan, self.phase), mind, world, rest, observer)?;
         self.write(&learned, out)?;

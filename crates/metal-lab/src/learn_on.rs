@@ -1,7 +1,7 @@
 //! Learning on: a trained mind goes on as its phase ended, in another world, on a body, or after something broke.
 
 use crate::mind::Mind;
-use crate::plan::Plan;
+use crate::plan::{Plan, PlanError};
 use crate::progress::Silent;
 use crate::train::{RunError, Watch, learn_phase};
 use metal_rl::environment::Environment;
@@ -11,11 +11,22 @@ use metal_rl::phase::Budget;
 use metal_rl::policy::Heard;
 use metal_rl::random::Streams;
 
+/// Whether a mind that `phase` left behind can learn on, step by step and wherever it is: counterfactual policy iteration begins
+/// anew, in a world that can be copied.
+#[must_use]
+pub fn can_learn_on(plan: &Plan, phase: &str) -> bool {
+    plan.counterfactual(phase).is_none()
+}
+
 /// The plan in which `phase` goes on as it ended: the exploration of its end, prices in full, so many episodes.
 ///
 /// # Errors
-/// If that plan is impossible.
+/// If that plan is impossible, or the phase cannot go on (see [`can_learn_on`]).
 pub fn learning_on(plan: &Plan, phase: &str, episodes: usize) -> Result<Plan, RunError> {
+    if !can_learn_on(plan, phase) {
+        let message = "counterfactual policy iteration begins anew, in a world that can be copied: nobody learns on from it";
+        return Err(PlanError::at(format!("phase.{phase}.acting"), message).into());
+    }
     let mut file = plan.file.clone();
     if let Some(row) = file.phase.get_mut(phase) {
         row.budget = Budget::Episodes(episodes);
@@ -25,7 +36,7 @@ pub fn learning_on(plan: &Plan, phase: &str, episodes: usize) -> Result<Plan, Ru
             Schedule::Random { to, .. } => Schedule::Random { from: to, to, until: 1.0 },
         };
     }
-    for row in file.attention.values_mut() {
+    for row in file.attention.values_mut().filter(|row| row.counterfactual.is_none()) {
         row.settings.price_ramp = 0.0;
     }
     Ok(Plan::check(file)?)
@@ -48,4 +59,19 @@ pub fn learn_on(
     let watch = Watch { environment, observer, ear: &mut |_: &Heard<'_>| {}, progress: &Silent };
     let learned = learn_phase(&on, phase, &mut mind, streams, watch).map(|_| ());
     Ok((mind, learned))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{experiments, plan};
+
+    #[test]
+    fn only_what_is_learned_step_by_step_goes_on() {
+        let plan = plan::parse(experiments::PAPER, &[]).unwrap();
+        let refused = learning_on(&plan, "attention", 3).unwrap_err().to_string();
+        assert!(refused.contains("phase.attention.acting") && refused.contains("copied"), "{refused}");
+        let on = learning_on(&plan, "attention_phase3", 3).unwrap();
+        assert_eq!(on.file.phase["attention_phase3"].budget, Budget::Episodes(3));
+    }
 }

@@ -3,7 +3,7 @@
 use super::comeback::go_on;
 use super::desk::{Desk, Minds, over};
 use crate::evaluate::Candidate;
-use crate::learn_on::learning_on;
+use crate::learn_on::{can_learn_on, learning_on};
 use crate::mind::Mind;
 use crate::plan::Acting;
 use crate::registry::{EnvironmentConfig, Roads};
@@ -30,10 +30,10 @@ pub struct Change {
     pub before: Estimate,
     /// In the new world, nothing learned there.
     pub at_once: Estimate,
-    /// In the new world, after learning on there.
-    pub adapted: Estimate,
+    /// In the new world, after learning on there; none if it cannot learn on.
+    pub adapted: Option<Estimate>,
     /// What learning on brought, training by training.
-    pub gain: Estimate,
+    pub gain: Option<Estimate>,
     /// The expert with ground truth in the old and in the new world: how much harder it is for anybody.
     pub expert: (Estimate, Estimate),
 }
@@ -93,35 +93,37 @@ fn change(
 ) -> Result<Change, RunError> {
     let old = &desk.plan.file.environment;
     let phase = desk.plan.file.policy[policy].after.as_deref().expect("checked: it was trained");
-    let plan = learning_on(&desk.plan, phase, desk.options.lasting)?;
+    let learns = can_learn_on(&desk.plan, phase);
     let rows = desk.per_seed(|seed| {
         let trained = &minds[seed];
         let candidate = desk.candidate(policy, trained);
-        let mut mind = Mind::thaw(&plan, &trained[phase].mind.freeze_for(&desk.plan))?;
-        let streams = desk.seed(seed).child("change").child(what);
-        go_on(&plan, (phase, &mut mind), world, &streams, (&mut Nobody, desk))?;
-        let adapted = Candidate { plan: &plan, mind: &mind, ..candidate };
         let expert = Candidate { acting: &Acting::Advisor, roster: IndexSet::EMPTY, ..candidate };
         let cost = |who: &Candidate<'_>, world: &EnvironmentConfig| {
             Ok::<f64, RunError>(total(&desk.test(who, world, seed)?))
         };
-        Ok([
-            cost(&candidate, old)?,
-            cost(&candidate, world)?,
-            cost(&adapted, world)?,
-            cost(&expert, old)?,
-            cost(&expert, world)?,
-        ])
+        let untaught =
+            [cost(&candidate, old)?, cost(&candidate, world)?, cost(&expert, old)?, cost(&expert, world)?];
+        if !learns {
+            return Ok((untaught, None));
+        }
+        let plan = learning_on(&desk.plan, phase, desk.options.lasting)?;
+        let mut mind = Mind::thaw(&plan, &trained[phase].mind.freeze_for(&desk.plan))?;
+        let streams = desk.seed(seed).child("change").child(what);
+        go_on(&plan, (phase, &mut mind), world, &streams, (&mut Nobody, desk))?;
+        let adapted = cost(&Candidate { plan: &plan, mind: &mind, ..candidate }, world)?;
+        Ok((untaught, Some(adapted)))
     })?;
-    let estimate = |i: usize| over(&rows.iter().map(|row| row[i]).collect::<Vec<_>>());
-    let gains: Vec<f64> = rows.iter().map(|row| row[2] - row[1]).collect();
+    let estimate = |i: usize| over(&rows.iter().map(|(untaught, _)| untaught[i]).collect::<Vec<_>>());
+    let adapted: Vec<f64> = rows.iter().filter_map(|(_, adapted)| *adapted).collect();
+    let gains: Vec<f64> =
+        adapted.iter().zip(&rows).map(|(adapted, (untaught, _))| adapted - untaught[1]).collect();
     Ok(Change {
         what: what.to_owned(),
         policy: policy.to_owned(),
         before: estimate(0),
         at_once: estimate(1),
-        adapted: estimate(2),
-        gain: over(&gains),
-        expert: (estimate(3), estimate(4)),
+        adapted: learns.then(|| over(&adapted)),
+        gain: learns.then(|| over(&gains)),
+        expert: (estimate(2), estimate(3)),
     })
 }

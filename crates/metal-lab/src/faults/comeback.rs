@@ -1,7 +1,7 @@
 //! A sensor breaks and is mended while a mind learns on: where does it look?
 
 use super::desk::{Desk, Minds, over};
-use crate::learn_on::learning_on;
+use crate::learn_on::{can_learn_on, learning_on};
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
 use crate::results::Estimate;
@@ -41,11 +41,14 @@ pub struct Comeback {
     pub blocks: Vec<Block>,
 }
 
-/// Follows the first policy through `fault`; nothing if it does not choose its looks.
+/// Follows the first policy that chooses its looks and can learn on through `fault`; nothing if there is none.
 pub(super) fn follow(desk: &Desk<'_>, minds: &Minds, fault: Fault) -> Result<Option<Comeback>, RunError> {
-    let policy = &desk.options.policies[0];
-    let row = &desk.plan.file.policy[policy];
-    let (Acting::Attention(_), Some(phase)) = (&row.acting, &row.after) else { return Ok(None) };
+    let attends = |policy: &String| {
+        let row = &desk.plan.file.policy[policy];
+        let phase = row.after.clone().filter(|phase| can_learn_on(&desk.plan, phase))?;
+        matches!(row.acting, Acting::Attention(_)).then_some((policy.clone(), phase))
+    };
+    let Some((policy, phase)) = desk.options.policies.iter().find_map(attends) else { return Ok(None) };
     let (policy, phase) = (policy.as_str(), phase.as_str());
     let plan = learning_on(&desk.plan, phase, desk.options.lasting)?;
     let through = |seed: usize| {

@@ -44,7 +44,7 @@ pub struct FaultOptions {
     pub trained_with: Vec<Fault>,
     /// Rate of faults in those trainings.
     pub training_rate: f64,
-    /// Faults through which the looks of the first policy are followed.
+    /// Faults through which the looks of the first policy that can learn on are followed.
     pub followed: Vec<Fault>,
     /// Episodes of learning before, during and after such a fault, and after a change of the world.
     pub lasting: usize,
@@ -55,7 +55,7 @@ impl Default for FaultOptions {
         Self {
             seeds: 5,
             seed: 1,
-            policies: ["acl", "foa", "fusion"].map(str::to_owned).to_vec(),
+            policies: ["acl", "acl_phase3", "foa", "fusion"].map(str::to_owned).to_vec(),
             faults: Fault::ALL.to_vec(),
             rates: vec![0.1, 0.25, 0.5, 1.0],
             runs: 20,

@@ -133,9 +133,9 @@ fn changes(out: &mut String, report: &FaultReport) {
     let names = ["change", "policy", "before", "at once", "after learning on", "gain by learning", "expert"];
     head(out, &title, &names.map(str::to_owned));
     for c in &report.changes {
-        let numbers = [&c.before, &c.at_once, &c.adapted, &c.gain].map(|e| number(e, 2));
+        let numbers = [Some(&c.before), Some(&c.at_once), c.adapted.as_ref(), c.gain.as_ref()];
         let mut cells = vec![c.what.clone(), short_label(&c.policy)];
-        cells.extend(numbers);
+        cells.extend(numbers.map(|e| e.map_or_else(|| "–".to_owned(), |e| number(e, 2))));
         cells.push(format!("{:.2} → {:.2}", c.expert.0.mean, c.expert.1.mean));
         row(out, &cells);
     }

@@ -5,7 +5,7 @@ use crate::plan::Plan;
 use crate::registry::Roads;
 use crate::train::{RunError, Watch};
 use metal_rl::counterfactual::judge::Verdict;
-use metal_rl::counterfactual::sight::Sight;
+use metal_rl::counterfactual::judge::sight::Sight;
 use metal_rl::counterfactual::{
     CounterfactualConfig, CounterfactualError, Graduate, School, Term, Workers, iterate_term,
 };

@@ -5,7 +5,7 @@ use super::log::{Episode, Moment};
 use super::situation::MOST;
 use super::subject::Subject;
 use metal_rl::counterfactual::Student;
-use metal_rl::counterfactual::gaze::Gaze;
+use metal_rl::counterfactual::student::gaze::Gaze;
 use metal_rl::set::IndexSet;
 
 /// What an episode comes to under one way of looking; sums over its motor steps.

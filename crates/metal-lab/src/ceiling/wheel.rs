@@ -8,7 +8,7 @@ use crate::progress::Progress;
 use crate::trace::{Trace, Watcher};
 use crate::train::RunError;
 use metal_rl::counterfactual::Student;
-use metal_rl::counterfactual::rule::Rule;
+use metal_rl::counterfactual::student::rule::Rule;
 use metal_rl::environment::EnvironmentSpec;
 use metal_rl::observe::{Observer, Step};
 use metal_rl::phase::Phase;

@@ -1,10 +1,10 @@
 //! Settings of counterfactual policy iteration.
 
-use super::gaze::MemoryConfig;
 use super::judge::JudgeConfig;
-use super::mixture::MixtureConfig;
-use super::recollection::{RecollectionConfig, is_size};
-use super::rule::LookRule;
+use super::student::gaze::MemoryConfig;
+use super::student::mixture::MixtureConfig;
+use super::student::recollection::{RecollectionConfig, is_size};
+use super::student::rule::LookRule;
 use crate::decision::Content;
 use crate::learner::LearnerError;
 use crate::learners::nn::{Activation, Adam};

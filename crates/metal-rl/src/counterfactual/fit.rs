@@ -2,8 +2,8 @@
 
 use super::config::{FitConfig, Unit};
 use super::judge::Judged;
-use super::mixture;
-use super::rule::Rule;
+use super::student::mixture;
+use super::student::rule::Rule;
 use super::student::{Scale, Scratch, Student};
 use crate::learners::nn::{Batch, Network};
 use crate::num;
@@ -25,7 +25,7 @@ pub(super) const SMALLEST: f64 = 1e-3;
 pub fn fit(student: &mut Student, data: &[&Judged], price_share: f64, streams: &Streams) -> f64 {
     assert!(!data.is_empty(), "there must be something to learn from");
     if student.believer().is_some() {
-        return super::believer::fit(student, data, streams);
+        return super::student::believer::fit(student, data, streams);
     }
     if let Some(config) = student.config().mixture.clone() {
         return mixture::fit(student, &config, (data, price_share), streams);

@@ -1,15 +1,15 @@
 //! The iterations: drive, judge, fit, test on a validation stream, and keep the best student.
 
 use super::config::{CounterfactualConfig, Inputs};
-use super::diary::{Iterate, best, finalists};
 use super::fit::{fit, scale};
+use super::iterate::diary::{Iterate, best, finalists};
+use super::iterate::purse::Purse;
+use super::iterate::trial::{Spread, Tally, trial};
 use super::judge::{Drive, Judge, Judged, Labels, Workers};
-use super::purse::Purse;
-use super::recollection::Lesson;
-use super::rule::{LookRule, UnknownMember};
+use super::student::recollection::Lesson;
+use super::student::rule::{LookRule, UnknownMember};
+use super::student::units::Units;
 use super::student::{Student, StudentShape};
-use super::trial::{Spread, Tally, trial};
-use super::units::Units;
 use crate::decision::Encoding;
 use crate::environment::{Environment, EnvironmentError};
 use crate::explore::{Exploration, Schedule};
@@ -24,7 +24,10 @@ use crate::set::IndexSet;
 use crate::view::Scaling;
 use std::collections::VecDeque;
 
+pub mod diary;
 mod pause;
+pub(in crate::counterfactual) mod purse;
+pub(in crate::counterfactual) mod trial;
 
 pub use pause::Term;
 

@@ -2,13 +2,19 @@
 //! copies of the world; the [`Critic`] learns it from the log where there are no copies (real robots, other people's
 //! simulators).
 
-use super::appointment::{Diary, Kept};
-use super::critic::{Critic, CriticConfig};
+pub mod critic;
+pub(in crate::counterfactual) mod eyes;
+pub mod log;
+pub mod roll_outs;
+pub mod sight;
+
 use super::iterate::{CounterfactualError, School};
-use super::recollection::Footstep;
-use super::roll_outs::RollOuts;
-use super::sight::Sight;
+use super::judge::critic::{Critic, CriticConfig};
+use super::judge::roll_outs::RollOuts;
+use super::judge::sight::Sight;
 use super::student::Student;
+use super::student::appointment::{Diary, Kept};
+use super::student::recollection::Footstep;
 use crate::environment::EnvironmentError;
 use crate::learner::LearnerError;
 use crate::learners::frozen;

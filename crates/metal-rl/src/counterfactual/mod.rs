@@ -2,10 +2,10 @@
 //!
 //! The student drives and looks as it can. At visited states a [`Judge`] says what every motor action would have been
 //! worth under the student's own continuation (its own looks, its own prices): by default [`RollOuts`] in forked
-//! worlds with common noise, or a [`critic`] learned from the log where a world cannot be copied. Looks need no second world, because looking moves nothing: any order of looks can be
+//! worlds with common noise, or a [`judge::critic`] learned from the log where a world cannot be copied. Looks need no second world, because looking moves nothing: any order of looks can be
 //! replayed on a fully observed state, so a look is worth −price + the best that is known with one reading more.
-//! One network, or one mixture of Gaussians ([`mixture`]), holds the values for all sets of readings. In the order of the data:
-//! [`config`] → [`gaze`] → [`student`] → [`sight`] → [`judge`] → [`fit`] → [`mod@iterate`].
+//! One network, or one mixture of Gaussians ([`student::mixture`]), holds the values for all sets of readings. In the order of the data:
+//! [`config`] → [`student::gaze`] → [`student`] → [`judge::sight`] → [`judge`] → [`fit`] → [`mod@iterate`].
 //!
 //! Where the world is drawn from a model that can be asked ([`Believer`]), the model decides on moves and only looks are
 //! learned.
@@ -13,37 +13,21 @@
 //! Not in the paper: it answers the question of the paper's introduction, whether attention beats "a fixed subset (or
 //! a static combination) of sensors", on which its Phase III (see [`crate::policies::attention`]) stays open.
 
-pub mod appointment;
-mod approximator;
-mod believer;
 pub mod config;
-pub mod critic;
-pub mod diary;
-mod eyes;
 pub mod fit;
-pub mod gaze;
 pub mod iterate;
 pub mod judge;
-pub mod log;
-pub mod mixture;
-mod purse;
-pub mod recollection;
-pub mod roll_outs;
-pub mod rule;
-pub mod sight;
 pub mod student;
-mod trial;
-mod units;
 
-pub use believer::Believer;
 pub use config::{CounterfactualConfig, FitConfig, Inputs, Unit};
-pub use critic::CriticConfig;
-pub use diary::Iterate;
-pub use gaze::MemoryConfig;
+pub use iterate::diary::Iterate;
 pub use iterate::{CounterfactualError, Graduate, School, Term, iterate, iterate_term};
+pub use judge::critic::CriticConfig;
+pub use judge::roll_outs::RollOuts;
 pub use judge::{Alone, Judge, JudgeConfig, Judged, Workers};
-pub use mixture::MixtureConfig;
-pub use recollection::RecollectionConfig;
-pub use roll_outs::RollOuts;
-pub use rule::{LookRule, UnknownMember};
+pub use student::believer::Believer;
+pub use student::gaze::MemoryConfig;
+pub use student::mixture::MixtureConfig;
+pub use student::recollection::RecollectionConfig;
+pub use student::rule::{LookRule, UnknownMember};
 pub use student::{Student, StudentShape};

@@ -1,14 +1,23 @@
 //! The student: what every move, and every look, is worth for any set of readings. Eqs. (8, 9).
 
-use super::appointment::Diary;
-use super::approximator::{Approximator, Networks, Recall, Shape};
-use super::believer::{Believer, Thoughts};
+pub mod appointment;
+pub(in crate::counterfactual) mod approximator;
+pub(in crate::counterfactual) mod believer;
+pub mod gaze;
+pub mod mixture;
+pub mod recollection;
+pub mod rule;
+pub(in crate::counterfactual) mod units;
+
 use super::config::{CounterfactualConfig, NAME};
-use super::gaze::{Gaze, Layout};
-use super::mixture::Mixture;
-use super::recollection::{Lesson, Recollection};
-use super::rule::Rule;
-use super::units::Units;
+use super::student::appointment::Diary;
+use super::student::approximator::{Approximator, Networks, Recall, Shape};
+use super::student::believer::{Believer, Thoughts};
+use super::student::gaze::{Gaze, Layout};
+use super::student::mixture::Mixture;
+use super::student::recollection::{Lesson, Recollection};
+use super::student::rule::Rule;
+use super::student::units::Units;
 use crate::learner::LearnerError;
 use crate::learners::frozen;
 use crate::num;

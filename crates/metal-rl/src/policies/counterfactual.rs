@@ -1,6 +1,6 @@
 //! A student of counterfactual policy iteration at the wheel; see [`mod@crate::counterfactual`].
 
-use crate::counterfactual::gaze::Gaze;
+use crate::counterfactual::student::gaze::Gaze;
 use crate::counterfactual::student::{Next, Scratch, Student};
 use crate::decision::{DecisionState, Encoding};
 use crate::explore::Exploration;

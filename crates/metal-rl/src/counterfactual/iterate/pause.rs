@@ -1,11 +1,11 @@
 //! A training between two of its iterations, as bytes: whoever goes on from there ends with the same student, bit by bit.
 
 use super::{Course, Lesson};
-use crate::counterfactual::diary::Iterate;
+use crate::counterfactual::iterate::diary::Iterate;
+use crate::counterfactual::iterate::purse::Spent;
+use crate::counterfactual::iterate::trial::Spread;
 use crate::counterfactual::judge::Judged;
-use crate::counterfactual::purse::Spent;
 use crate::counterfactual::student::{Student, StudentShape};
-use crate::counterfactual::trial::Spread;
 use crate::learner::LearnerError;
 use crate::learners::frozen;
 use crate::set::IndexSet;

@@ -4,13 +4,13 @@
 //! One small network values every look from what the model says of it, so whatever is learned of one sensor holds for
 //! all of them. Its targets are expectations of the model, not outcomes: they have no noise but that of the readings.
 
-use super::config::CounterfactualConfig;
-use super::gaze::{Layout, MemoryConfig};
-use super::iterate::School;
-use super::judge::Judged;
-use super::rule::Rule;
-use super::student::{Scratch, Student, StudentShape};
 use crate::belief::{Belief, Opinion};
+use crate::counterfactual::config::CounterfactualConfig;
+use crate::counterfactual::iterate::School;
+use crate::counterfactual::judge::Judged;
+use crate::counterfactual::student::gaze::{Layout, MemoryConfig};
+use crate::counterfactual::student::rule::Rule;
+use crate::counterfactual::student::{Scratch, Student, StudentShape};
 use crate::decision::Content;
 use crate::learners::nn::{Activation, Adam, Batch, Network};
 use crate::num;
@@ -41,7 +41,7 @@ pub struct Believer {
 
 /// Working memory.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Thoughts {
+pub(in crate::counterfactual) struct Thoughts {
     opinion: Opinion,
     input: Vec<f32>,
     gains: Vec<f64>,
@@ -74,7 +74,12 @@ impl Believer {
     }
 
     /// All values of `student` for a network input, in the order of its outputs.
-    pub(super) fn evaluate(&self, student: &Student, input: &[f32], scratch: &mut Scratch) {
+    pub(in crate::counterfactual) fn evaluate(
+        &self,
+        student: &Student,
+        input: &[f32],
+        scratch: &mut Scratch,
+    ) {
         let layout = student.layout();
         let attended: IndexSet = (0..layout.slots()).filter(|&slot| layout.is_seen(slot, input)).collect();
         let open = student.open_looks(attended);
@@ -168,7 +173,7 @@ impl Believer {
 
 impl School<'_> {
     /// What a student of this shape is told, if it is told anything and the world is drawn from a model.
-    pub(super) fn believer(
+    pub(in crate::counterfactual) fn believer(
         &self,
         config: &CounterfactualConfig,
         shape: &StudentShape,
@@ -198,7 +203,7 @@ fn entropy(probabilities: &[f64]) -> f64 {
 /// # Formula
 /// look i at mask m: −priceᵢ + what the model expects of the best move once a copy of the student, from m + i on,
 /// looks no more, less the prices of these looks; against what it expects of moving now
-pub(super) fn fit(student: &mut Student, data: &[&Judged], streams: &Streams) -> f64 {
+pub(in crate::counterfactual) fn fit(student: &mut Student, data: &[&Judged], streams: &Streams) -> f64 {
     if !matches!(student.rule(), Rule::Adaptive { .. }) {
         // Where looks are no choice, there is nothing to learn.
         return 0.0;

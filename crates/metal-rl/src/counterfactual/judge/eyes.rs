@@ -1,13 +1,13 @@
 //! Eyes: what the members see of a world, written where the student holds it.
 
-use super::gaze::Gaze;
-use super::judge::Pupil;
+use crate::counterfactual::judge::Pupil;
+use crate::counterfactual::student::gaze::Gaze;
 use crate::decision::{Content, DecisionDims, DecisionState, Encoding};
 use crate::environment::{Environment, EnvironmentError, EnvironmentSpec};
 use crate::view::Percept;
 
 /// One moment's looks at a world.
-pub(super) struct Eyes<'a> {
+pub(in crate::counterfactual) struct Eyes<'a> {
     pupil: Pupil<'a>,
     encoding: Encoding,
     percept: Percept,
@@ -16,7 +16,7 @@ pub(super) struct Eyes<'a> {
 }
 
 impl<'a> Eyes<'a> {
-    pub(super) fn new(pupil: Pupil<'a>, spec: &EnvironmentSpec) -> Self {
+    pub(in crate::counterfactual) fn new(pupil: Pupil<'a>, spec: &EnvironmentSpec) -> Self {
         let student = pupil.student;
         let inputs = pupil.members.iter().map(|m| m.view.dims()).collect();
         let dims = DecisionDims { member_inputs: inputs, actions: student.actions() };
@@ -30,13 +30,13 @@ impl<'a> Eyes<'a> {
     }
 
     /// A new moment: nothing is seen yet.
-    pub(super) fn blink(&mut self) {
+    pub(in crate::counterfactual) fn blink(&mut self) {
         self.percept.clear();
         self.state.clear();
     }
 
     /// Looks at `slot`, into `gaze`; returns the price of the sensors read just now.
-    pub(super) fn look(
+    pub(in crate::counterfactual) fn look(
         &mut self,
         world: &mut dyn Environment,
         slot: usize,

@@ -1,6 +1,6 @@
 //! The diary of a training: how good each iterate was, and which one is the best.
 
-use super::trial::{Spread, Tally};
+use crate::counterfactual::iterate::trial::{Spread, Tally};
 use crate::num;
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +44,7 @@ fn one() -> f64 {
 
 impl Iterate {
     /// After another test of the same iterate, with the standard error of both together.
-    pub(super) fn add(&mut self, test: &Tally, spread: Spread) {
+    pub(in crate::counterfactual) fn add(&mut self, test: &Tally, spread: Spread) {
         let (sum, before, runs) = (test.sum(), self.validation_steps as f64, test.runs.len());
         let steps = before + sum.steps as f64;
         let mean = |old: f64, new: f64| (old * before + new) / f64::max(steps, 1.0);

@@ -4,7 +4,7 @@ use super::*;
 use crate::counterfactual::config::{CounterfactualConfig, FitConfig};
 use crate::counterfactual::fit::learn;
 use crate::counterfactual::judge::Judged;
-use crate::counterfactual::rule::Rule;
+use crate::counterfactual::student::rule::Rule;
 use crate::counterfactual::student::{Scale, Student, StudentShape};
 use crate::random::Streams;
 

@@ -1,16 +1,16 @@
 //! What a student's values are made of: networks, or a mixture of Gaussians.
 
-use super::config::{CounterfactualConfig, NetworkConfig};
-use super::gaze::Layout;
-use super::mixture::{self, Mixture};
-use super::student::Scale;
+use crate::counterfactual::config::{CounterfactualConfig, NetworkConfig};
+use crate::counterfactual::student::Scale;
+use crate::counterfactual::student::gaze::Layout;
+use crate::counterfactual::student::mixture::{self, Mixture};
 use crate::learners::nn::Network;
 use crate::random::Streams;
 use serde::{Deserialize, Serialize};
 
 /// Values of moves, looks and moving now, in the unit of advantages; and of states, in theirs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) enum Approximator {
+pub(in crate::counterfactual) enum Approximator {
     /// Networks over masked readings.
     Networks(Networks),
     /// A mixture that marginalises what was not seen.
@@ -19,7 +19,7 @@ pub(super) enum Approximator {
 
 /// The networks of a student.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Networks {
+pub(in crate::counterfactual) struct Networks {
     /// Moves, looks and moving now: their outputs are averaged.
     pub choices: Vec<Network>,
     /// Values of states.
@@ -28,7 +28,7 @@ pub(super) struct Networks {
 
 /// Working memory.
 #[derive(Clone, Debug)]
-pub(super) struct Recall {
+pub(in crate::counterfactual) struct Recall {
     raw: Vec<f32>,
     squares: Vec<f64>,
     mixture: mixture::Work,
@@ -43,7 +43,7 @@ impl Recall {
 
 /// Whose values these are: motor actions, and the layout of the input.
 #[derive(Clone, Copy)]
-pub(super) struct Shape<'a> {
+pub(in crate::counterfactual) struct Shape<'a> {
     pub actions: usize,
     pub layout: &'a Layout,
     /// Looks that are valued.

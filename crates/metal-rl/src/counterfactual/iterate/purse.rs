@@ -1,6 +1,6 @@
 //! How a phase's motor steps are shared among iterations, and in each of them between drives and tests.
 
-use super::config::CounterfactualConfig;
+use crate::counterfactual::config::CounterfactualConfig;
 use crate::phase::{Budget, Phase};
 use serde::{Deserialize, Serialize};
 
@@ -9,14 +9,14 @@ const FINALS: f64 = 0.15;
 
 /// What the next iteration must know of the steps before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Spent {
+pub(in crate::counterfactual) struct Spent {
     steps: usize,
     test: usize,
 }
 
 /// The motor steps of a phase.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Purse {
+pub(in crate::counterfactual) struct Purse {
     total: usize,
     spent: usize,
     iterations: usize,

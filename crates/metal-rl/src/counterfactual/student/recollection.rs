@@ -5,9 +5,9 @@
 //! where everybody was read for the labels anyway; no state of the world beyond readings is used. Since looks move
 //! nothing, drives can also be relived with other looks than the student's.
 
-use super::gaze::Layout;
-use super::judge::Judged;
-use super::units::Units;
+use crate::counterfactual::judge::Judged;
+use crate::counterfactual::student::gaze::Layout;
+use crate::counterfactual::student::units::Units;
 use crate::learners::nn::recurrent::{Recurrent, Sequences};
 use crate::learners::nn::{Adam, LANES};
 use crate::num;
@@ -15,7 +15,7 @@ use crate::random::{Rng, Streams};
 use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
-/// How the recollection is learned; its size is [`recollection`](super::gaze::MemoryConfig::recurrent).
+/// How the recollection is learned; its size is [`recollection`](crate::counterfactual::student::gaze::MemoryConfig::recurrent).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RecollectionConfig {
@@ -69,7 +69,7 @@ pub struct Lesson {
 
 impl Lesson {
     /// Whether its trail is one of such a layout and its own labels.
-    pub(super) fn fits(&self, layout: &Layout) -> bool {
+    pub(in crate::counterfactual) fn fits(&self, layout: &Layout) -> bool {
         self.trail.iter().all(|step| {
             step.seen.len() == layout.seen()
                 && step.action < layout.actions()
@@ -95,22 +95,26 @@ fn shape(layout: &Layout) -> (usize, usize, usize) {
 
 impl Recollection {
     /// A newborn recollection for a layout that has a place for it.
-    pub(super) fn new(layout: &Layout, config: &RecollectionConfig, rng: &mut Rng) -> Self {
+    pub(in crate::counterfactual) fn new(
+        layout: &Layout,
+        config: &RecollectionConfig,
+        rng: &mut Rng,
+    ) -> Self {
         Self { network: Recurrent::new(shape(layout), config.adam, rng), units: None }
     }
 
     /// Whether a thawed recollection fits this layout.
-    pub(super) fn fits(&self, layout: &Layout) -> bool {
+    pub(in crate::counterfactual) fn fits(&self, layout: &Layout) -> bool {
         self.network.fits(shape(layout)) && self.units.iter().all(|units| units.fits(layout))
     }
 
-    pub(super) fn weights(&self) -> usize {
+    pub(in crate::counterfactual) fn weights(&self) -> usize {
         self.network.weights()
     }
 
     /// What is recollected after `action`, in place, where `input` holds what was seen before it and what was recollected
     /// until then.
-    pub(super) fn turn(&self, layout: &Layout, action: usize, input: &mut [f32]) {
+    pub(in crate::counterfactual) fn turn(&self, layout: &Layout, action: usize, input: &mut [f32]) {
         let seen = layout.seen();
         let width = seen + layout.actions();
         if width <= STACK {
@@ -136,7 +140,7 @@ impl Recollection {
     }
 
     /// Learns from drives; returns the mean loss over the last half of the training steps.
-    pub(super) fn learn<'l>(
+    pub(in crate::counterfactual) fn learn<'l>(
         &mut self,
         (layout, config): (&Layout, &RecollectionConfig),
         lessons: impl Iterator<Item = &'l Lesson> + Clone,
@@ -166,7 +170,7 @@ impl Recollection {
     }
 
     /// Relives a drive: what its judged moments would have been recollected at, by what is known now.
-    pub(super) fn relive(&self, layout: &Layout, lesson: &mut Lesson) {
+    pub(in crate::counterfactual) fn relive(&self, layout: &Layout, lesson: &mut Lesson) {
         let mut input = vec![0.0; layout.width()];
         for step in &lesson.trail {
             if step.first {
@@ -275,14 +279,14 @@ fn some(among: IndexSet, rng: &mut Rng) -> IndexSet {
 }
 
 /// Whether a recollection may have so many units.
-pub(super) fn is_size(units: usize) -> bool {
+pub(in crate::counterfactual) fn is_size(units: usize) -> bool {
     units.is_multiple_of(LANES) && units <= crate::learners::nn::recurrent::MOST_UNITS
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::counterfactual::gaze::{Gaze, MemoryConfig};
+    use crate::counterfactual::student::gaze::{Gaze, MemoryConfig};
 
     fn layout() -> Layout {
         Layout::new(&[1, 1], MemoryConfig { recurrent: 16, ..MemoryConfig::default() }, 2)

@@ -5,13 +5,13 @@
 //! next move are replayed on it, whatever it looked at then. A critic that sees more than the pupil is no teacher who
 //! sees more: it says what the *pupil's* future is worth (the asymmetric critic of Pinto et al. 2018).
 
-use super::config::{count, within};
-use super::fit::{Mean, SMALLEST};
-use super::gaze::Gaze;
-use super::iterate::{CounterfactualError, School};
-use super::judge::{Drive, Judge, Judged, Labels, Stop, other_looks};
-use super::log::{Moment, log};
-use super::student::{Next, Scratch, Student};
+use crate::counterfactual::config::{count, within};
+use crate::counterfactual::fit::{Mean, SMALLEST};
+use crate::counterfactual::iterate::{CounterfactualError, School};
+use crate::counterfactual::judge::log::{Moment, log};
+use crate::counterfactual::judge::{Drive, Judge, Judged, Labels, Stop, other_looks};
+use crate::counterfactual::student::gaze::Gaze;
+use crate::counterfactual::student::{Next, Scratch, Student};
 use crate::learner::LearnerError;
 use crate::learners::nn::{Activation, Adam, Batch, Network};
 use crate::num;
@@ -475,9 +475,9 @@ fn alternatives(student: &Student, own: IndexSet, rng: &mut Rng) -> Vec<IndexSet
 mod tests {
     use super::*;
     use crate::counterfactual::config::CounterfactualConfig;
-    use crate::counterfactual::gaze::MemoryConfig;
-    use crate::counterfactual::rule::Rule;
     use crate::counterfactual::student::StudentShape;
+    use crate::counterfactual::student::gaze::MemoryConfig;
+    use crate::counterfactual::student::rule::Rule;
 
     /// Two slots, the first tells the state (0 or 1); it is looked at every time, for 0.5.
     fn student(rule: Rule, memory: MemoryConfig) -> Student {

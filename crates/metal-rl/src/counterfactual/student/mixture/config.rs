@@ -1,6 +1,6 @@
 //! Settings of the mixture.
 
-use super::super::config::{count, within};
+use crate::counterfactual::config::{count, within};
 use crate::learner::LearnerError;
 use serde::{Deserialize, Serialize};
 

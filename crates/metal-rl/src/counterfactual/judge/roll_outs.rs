@@ -1,12 +1,14 @@
 //! Roll-outs: every motor action is carried out in a copy of the world, and the student drives on there.
 
-use super::appointment::{Appointment, Kept};
-use super::eyes::Eyes;
-use super::gaze::Gaze;
-use super::iterate::{CounterfactualError, School};
-use super::judge::{Appointed, Drive, Judge, Judged, Labels, Pupil, Stop, Verdict, Workers, other_looks};
-use super::sight::{Sight, gather};
-use super::student::{Next, Scratch, Student};
+use crate::counterfactual::iterate::{CounterfactualError, School};
+use crate::counterfactual::judge::eyes::Eyes;
+use crate::counterfactual::judge::sight::{Sight, gather};
+use crate::counterfactual::judge::{
+    Appointed, Drive, Judge, Judged, Labels, Pupil, Stop, Verdict, Workers, other_looks,
+};
+use crate::counterfactual::student::appointment::{Appointment, Kept};
+use crate::counterfactual::student::gaze::Gaze;
+use crate::counterfactual::student::{Next, Scratch, Student};
 use crate::environment::{End, Environment, EnvironmentError};
 use crate::num;
 use crate::observe::Observer;
@@ -268,10 +270,10 @@ impl<'a> Desk<'a> {
 mod tests {
     use super::*;
     use crate::counterfactual::config::CounterfactualConfig;
-    use crate::counterfactual::gaze::MemoryConfig;
     use crate::counterfactual::judge::Alone;
-    use crate::counterfactual::rule::{LookRule, Rule};
     use crate::counterfactual::student::StudentShape;
+    use crate::counterfactual::student::gaze::MemoryConfig;
+    use crate::counterfactual::student::rule::{LookRule, Rule};
     use crate::environment::{EnvironmentSpec, Feature, Outcome, SensorSpec};
     use crate::learners::{LearnerConfig, TileConfig};
     use crate::member::Member;

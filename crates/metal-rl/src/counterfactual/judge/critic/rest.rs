@@ -1,7 +1,7 @@
 //! A critic at rest, as bytes: its log and its networks.
 
 use super::{Critic, Networks};
-use crate::counterfactual::log::Moment;
+use crate::counterfactual::judge::log::Moment;
 use crate::counterfactual::student::Student;
 use crate::learner::LearnerError;
 use crate::learners::frozen;

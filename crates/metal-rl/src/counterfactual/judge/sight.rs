@@ -1,10 +1,10 @@
 //! Sights: moments of the student's own drives, with a copy of the world as it stood. Gathered by the one loop itself,
 //! through a world and a policy that take notes.
 
-use super::gaze::Gaze;
-use super::iterate::School;
-use super::judge::Drive;
-use super::recollection::Footstep;
+use crate::counterfactual::iterate::School;
+use crate::counterfactual::judge::Drive;
+use crate::counterfactual::student::gaze::Gaze;
+use crate::counterfactual::student::recollection::Footstep;
 use crate::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use crate::observe::Observer;
 use crate::policies::Counterfactual;
@@ -24,14 +24,14 @@ pub struct Sight {
 }
 
 /// What the student knew at its last move, on the way from the policy to the world.
-pub(super) type Note = Arc<Mutex<Option<Gaze>>>;
+pub(in crate::counterfactual) type Note = Arc<Mutex<Option<Gaze>>>;
 
-pub(super) fn lock(note: &Note) -> std::sync::MutexGuard<'_, Option<Gaze>> {
+pub(in crate::counterfactual) fn lock(note: &Note) -> std::sync::MutexGuard<'_, Option<Gaze>> {
     note.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A driver that notes what it knew at every move, and is overheard.
-pub(super) struct Scout<'a> {
+pub(in crate::counterfactual) struct Scout<'a> {
     pub driver: &'a mut Counterfactual,
     pub note: Note,
     pub ear: Ear<'a>,

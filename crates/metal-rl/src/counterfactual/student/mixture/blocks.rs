@@ -1,6 +1,6 @@
 //! What of an input is known together or not at all: a reading, a memory with its age, or what is always known.
 
-use super::super::gaze::Layout;
+use crate::counterfactual::student::gaze::Layout;
 use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -102,8 +102,8 @@ impl Blocks {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::gaze::{Gaze, MemoryConfig};
     use super::*;
+    use crate::counterfactual::student::gaze::{Gaze, MemoryConfig};
 
     #[test]
     fn what_was_not_looked_at_is_unknown_and_what_never_can_be_has_no_place() {

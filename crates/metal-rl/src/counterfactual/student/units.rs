@@ -1,6 +1,6 @@
 //! Units of the student's readings: how far from what it usually is, in standard deviations of what was seen.
 
-use super::gaze::Layout;
+use crate::counterfactual::student::gaze::Layout;
 use serde::{Deserialize, Serialize};
 
 /// Smallest standard deviation, as a share of a reading's range: rare events are not blown up any further.
@@ -39,7 +39,7 @@ impl Units {
     }
 
     /// Whether there is a unit for every reading.
-    pub(super) fn fits(&self, layout: &Layout) -> bool {
+    pub(in crate::counterfactual) fn fits(&self, layout: &Layout) -> bool {
         let readings = layout.readings_of(&vec![0.0; layout.width()]).len();
         self.centres.len() == readings && self.gains.len() == readings
     }
@@ -95,7 +95,7 @@ impl Units {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::counterfactual::gaze::{Gaze, MemoryConfig};
+    use crate::counterfactual::student::gaze::{Gaze, MemoryConfig};
     use crate::set::IndexSet;
 
     #[test]

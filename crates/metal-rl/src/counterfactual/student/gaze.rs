@@ -1,8 +1,8 @@
 //! What a student holds while it drives: this motor step's readings, what it remembers of earlier ones, and a clock.
 //! Written straight into the network's input.
 
-use super::appointment::Appointment;
-use super::recollection::Recollection;
+use crate::counterfactual::student::appointment::Appointment;
+use crate::counterfactual::student::recollection::Recollection;
 use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub struct MemoryConfig {
     pub steps: usize,
     /// Last motor actions that are remembered: who knows what it did since it last looked knows where that led to.
     pub actions: usize,
-    /// Units of the [`recollection`](super::recollection::Recollection) that is carried along, a multiple of 16 up to 128; 0: none.
+    /// Units of the [`recollection`](crate::counterfactual::student::recollection::Recollection) that is carried along, a multiple of 16 up to 128; 0: none.
     pub recurrent: usize,
 }
 
@@ -42,7 +42,7 @@ pub struct Layout {
 }
 
 /// A part of an input that is known as a whole or not at all.
-pub(super) struct Part {
+pub(in crate::counterfactual) struct Part {
     /// Where it lies.
     pub place: std::ops::Range<usize>,
     /// The number of the input that is above 0 if it is known; none: it always is.
@@ -129,19 +129,24 @@ impl Layout {
     }
 
     /// Whether the `depth`-th last reading of `slot` is remembered in an input, and where.
-    pub(super) fn memory(&self, slot: usize, depth: usize, input: &[f32]) -> Option<std::ops::Range<usize>> {
+    pub(in crate::counterfactual) fn memory(
+        &self,
+        slot: usize,
+        depth: usize,
+        input: &[f32],
+    ) -> Option<std::ops::Range<usize>> {
         let place = self.remembered(slot, depth);
         (input[place.end] > 0.0).then_some(place)
     }
 
     /// How many earlier readings of each slot are remembered.
-    pub(super) fn depth(&self) -> usize {
+    pub(in crate::counterfactual) fn depth(&self) -> usize {
         self.memory.looks
     }
 
     /// The parts of an input that are known together or not at all: readings of this motor step, memories with their
     /// ages, and what is always known.
-    pub(super) fn parts(&self) -> Vec<Part> {
+    pub(in crate::counterfactual) fn parts(&self) -> Vec<Part> {
         let reading =
             |slot| Part { place: self.block(slot), flag: Some(self.bit(slot)), owner: Some(slot), now: true };
         let memory = |slot, depth| {
@@ -215,7 +220,7 @@ impl Gaze {
     }
 
     /// Whether it is a gaze of this layout.
-    pub(super) fn fits(&self, layout: &Layout) -> bool {
+    pub(in crate::counterfactual) fn fits(&self, layout: &Layout) -> bool {
         self.input.len() == layout.width()
             && self.ages.len() == layout.slots() * layout.memory.looks
             && self.appointment.is_none_or(|next| next.slot < layout.slots())
@@ -260,7 +265,7 @@ impl Gaze {
     }
 
     /// Makes an appointment.
-    pub(super) fn appoint(&mut self, appointment: Option<Appointment>) {
+    pub(in crate::counterfactual) fn appoint(&mut self, appointment: Option<Appointment>) {
         (self.appointment, self.appointed) = (appointment, true);
     }
 
@@ -286,12 +291,17 @@ impl Gaze {
     }
 
     /// What is recollected changes with what was seen and done in this motor step.
-    pub(super) fn recollect(&mut self, layout: &Layout, recollection: &Recollection, action: usize) {
+    pub(in crate::counterfactual) fn recollect(
+        &mut self,
+        layout: &Layout,
+        recollection: &Recollection,
+        action: usize,
+    ) {
         recollection.turn(layout, action, &mut self.input);
     }
 
     /// A motor step is over: its readings become memories, and nothing of the next one is seen yet. What is recollected is
-    /// left to [`Student::advance`](super::student::Student::advance).
+    /// left to [`Student::advance`](crate::counterfactual::student::Student::advance).
     pub fn advance(&mut self, layout: &Layout, action: usize) {
         for slot in 0..layout.slots() {
             self.age(layout, slot);

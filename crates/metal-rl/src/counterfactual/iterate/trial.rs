@@ -1,8 +1,8 @@
 //! Trials: the greedy student on the validation stream, and how sure one may be of what it earns.
 
-use super::iterate::{CounterfactualError, School};
-use super::judge::{Drive, Judge};
-use super::student::Student;
+use crate::counterfactual::iterate::{CounterfactualError, School};
+use crate::counterfactual::judge::{Drive, Judge};
+use crate::counterfactual::student::Student;
 use crate::observe::{Observer, Step};
 use crate::phase::{Budget, Phase};
 use crate::random::Streams;
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a run earned, paid and looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Run {
+pub(in crate::counterfactual) struct Run {
     pub motor: f64,
     pub price: f64,
     pub looks: usize,
@@ -19,7 +19,7 @@ pub(super) struct Run {
 
 /// The runs of a trial.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Tally {
+pub(in crate::counterfactual) struct Tally {
     /// Every run.
     pub runs: Vec<Run>,
     /// Motor steps before which each slot was looked at.
@@ -66,7 +66,7 @@ const FADING: f64 = 0.7;
 
 /// How far runs of the same student differ, over the last trials.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Spread {
+pub(in crate::counterfactual) struct Spread {
     squares: f64,
     freedom: f64,
 }
@@ -87,7 +87,7 @@ impl Spread {
 }
 
 /// Tests `student` over `budget`, on the validation stream; returns how many motor steps that took, too.
-pub(super) fn trial(
+pub(in crate::counterfactual) fn trial(
     school: &mut School<'_>,
     judge: &mut dyn Judge,
     (student, phase, budget): (&Student, &Phase, Budget),

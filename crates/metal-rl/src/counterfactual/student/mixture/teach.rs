@@ -1,9 +1,5 @@
 //! Fitting a mixture to labels: first the density of what was seen, then what moves and looks are worth, in rounds.
 
-use super::super::fit::Lesson;
-use super::super::judge::Judged;
-use super::super::rule::Rule;
-use super::super::student::Student;
 use super::blocks::Blocks;
 use super::config::MixtureConfig;
 use super::density::Density;
@@ -12,6 +8,10 @@ use super::heads::{Heads, Labels, Sums, largest};
 use super::information::Information;
 use super::start::{newborn, start};
 use super::{HINTS, Knowledge, Mixture, Work, shape};
+use crate::counterfactual::fit::Lesson;
+use crate::counterfactual::judge::Judged;
+use crate::counterfactual::student::Student;
+use crate::counterfactual::student::rule::Rule;
 use crate::random::{Rng, Streams};
 
 /// Share that the draws of one round count in the next.
@@ -22,7 +22,7 @@ const DESERTED: f64 = 0.05;
 
 /// Teaches the student's mixture; returns the mean loss of moves and looks on the draws of the last round, by what was
 /// learned before it.
-pub(in super::super) fn fit(
+pub(in crate::counterfactual) fn fit(
     student: &mut Student,
     config: &MixtureConfig,
     (data, price_share): (&[&Judged], f64),

@@ -20,9 +20,9 @@ mod teach;
 mod tests;
 
 pub use config::{Looks, MixtureConfig, Moves};
-pub(super) use teach::fit;
+pub(in crate::counterfactual) use teach::fit;
 
-use super::gaze::Layout;
+use crate::counterfactual::student::gaze::Layout;
 use crate::set::IndexSet;
 use blocks::Blocks;
 use density::{Belief, Density};
@@ -36,7 +36,7 @@ const HINTS: usize = 2;
 
 /// What a student knows as a mixture. Before the first fit it knows nothing, and all its values are 0.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Mixture {
+pub(in crate::counterfactual) struct Mixture {
     config: MixtureConfig,
     actions: usize,
     slots: usize,
@@ -58,7 +58,7 @@ struct Knowledge {
 
 /// Working memory.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Work {
+pub(in crate::counterfactual) struct Work {
     x: Vec<f64>,
     seen: Vec<bool>,
     belief: Belief,

@@ -6,8 +6,8 @@
 //! what comes after. An appointment is judged as a whole, against others on the very same state. What that brings is measured in
 //! `docs/results/attention.md`.
 
-use super::gaze::Gaze;
-use super::student::{Next, Scratch, Student};
+use crate::counterfactual::student::gaze::Gaze;
+use crate::counterfactual::student::{Next, Scratch, Student};
 use crate::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
@@ -73,13 +73,20 @@ impl Student {
     }
 
     /// All appointments that can be made now.
-    pub(super) fn open_appointments(&self, attended: IndexSet) -> impl Iterator<Item = Appointment> + '_ {
+    pub(in crate::counterfactual) fn open_appointments(
+        &self,
+        attended: IndexSet,
+    ) -> impl Iterator<Item = Appointment> + '_ {
         let diary = self.diary();
         (0..diary.len()).map(move |i| diary.at(i)).filter(move |&a| self.is_open(a, attended))
     }
 
     /// The appointment that the values in `scratch` call best.
-    pub(super) fn preferred_appointment(&self, attended: IndexSet, scratch: &Scratch) -> Option<Appointment> {
+    pub(in crate::counterfactual) fn preferred_appointment(
+        &self,
+        attended: IndexSet,
+        scratch: &Scratch,
+    ) -> Option<Appointment> {
         self.preferred_but(IndexSet::EMPTY, attended, scratch)
     }
 
@@ -93,7 +100,7 @@ impl Student {
     }
 
     /// What to do where an appointment is kept, or made: the look that is due, or the move.
-    pub(super) fn next_by_appointment(
+    pub(in crate::counterfactual) fn next_by_appointment(
         &self,
         resting: IndexSet,
         gaze: &mut Gaze,
@@ -123,9 +130,9 @@ impl Student {
 mod tests {
     use super::*;
     use crate::counterfactual::config::CounterfactualConfig;
-    use crate::counterfactual::gaze::MemoryConfig;
-    use crate::counterfactual::rule::Rule;
     use crate::counterfactual::student::StudentShape;
+    use crate::counterfactual::student::gaze::MemoryConfig;
+    use crate::counterfactual::student::rule::Rule;
     use crate::random::Streams;
 
     fn student(max_looks: usize) -> Student {

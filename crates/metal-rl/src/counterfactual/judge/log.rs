@@ -1,11 +1,11 @@
 //! The log of the student's own drives: at every motor step all that could have been seen, what was done, and what came
 //! of it. Looking changes nothing, so everybody may be read without the student's knowing. No copies are needed.
 
-use super::eyes::Eyes;
-use super::gaze::Gaze;
-use super::iterate::School;
-use super::judge::{Drive, Pupil};
-use super::sight::{Note, Scout, lock};
+use crate::counterfactual::iterate::School;
+use crate::counterfactual::judge::eyes::Eyes;
+use crate::counterfactual::judge::sight::{Note, Scout, lock};
+use crate::counterfactual::judge::{Drive, Pupil};
+use crate::counterfactual::student::gaze::Gaze;
 use crate::environment::{End, Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use crate::observe::Observer;
 use crate::policies::Counterfactual;
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
     use crate::counterfactual::config::CounterfactualConfig;
     use crate::counterfactual::judge::Alone;
-    use crate::counterfactual::rule::Rule;
+    use crate::counterfactual::student::rule::Rule;
     use crate::counterfactual::student::{Student, StudentShape};
     use crate::environment::{Feature, SensorSpec};
     use crate::learner::Dims;

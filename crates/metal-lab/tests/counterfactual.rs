@@ -2,6 +2,9 @@
 //! the same on any number of threads, blind to what it did not attend, and the same after a night in the freezer.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/maze.rs"]
+mod common;
+
 use metal_lab::checkpoint::Ledger;
 use metal_lab::evaluate::{Candidate, Course, drive, measures, test};
 use metal_lab::mind::Mind;
@@ -177,35 +180,13 @@ fn threads_change_nothing_and_a_frozen_student_goes_on() {
     assert!(Mind::thaw(&other, &one).is_err(), "settings are part of a student");
 }
 
-const MAZE: &str = "title = \"maze\"
-[environment.maze]
-[learner.plain.tile]
-[member.X]
-sensors = [\"X\"]
-learner = \"plain\"
-[member.Y]
-sensors = [\"Y\"]
-learner = \"plain\"
-[attention.acl.counterfactual]
-iterations = 6
+const RECIPE: &str = "iterations = 6
 price_ramp = 3
 horizon = 12
 gamma = 0.97
 validation_runs = 60
 fit = { batches = 400, final_rate = 0.05 }
-network = { hidden = [32, 32], adam = { learning_rate = 0.005 } }
-looks = { adaptive = { max_looks = 2 } }
-[phase.attention]
-roster = [\"X\", \"Y\"]
-acting = { attention = \"acl\" }
-teaching = \"nobody\"
-rate = \"full\"
-exploration = { random = { from = 1.0, to = 0.2, until = 1.0 } }
-budget = { steps = 3000 }
-[policy.acl]
-after = \"attention\"
-roster = [\"X\", \"Y\"]
-acting = { attention = \"acl\" }";
+network = { hidden = [32, 32], adam = { learning_rate = 0.005 } }";
 
 /// A world of which nobody has a second one.
 struct Unique(Box<dyn Environment>);
@@ -241,12 +222,12 @@ fn learned_without_copies(plan: &Plan) -> Result<(Mind, Vec<Iterate>), RunError>
 
 #[test]
 fn a_critic_finds_the_shortest_way_where_nothing_can_be_copied() {
-    let without = plan::parse(MAZE, &[]).unwrap();
+    let without = plan::parse(&common::maze(RECIPE, 3000), &[]).unwrap();
     let refused = learned_without_copies(&without).err().unwrap().to_string();
     assert!(refused.contains("cannot be copied") && refused.contains("`judge`"), "{refused}");
     // What is far away counts less: policies are evaluated one step at a time, not twelve.
     let judge = "judge = { critic = { batches = 800 } }\niterations = 10\nwide_eyed = 3\nfirst_drives = 0\n";
-    let text = MAZE
+    let text = common::maze(RECIPE, 3000)
         .replace("iterations = 6\n", judge)
         .replace("gamma = 0.97", "gamma = 0.9")
         .replace("batches = 400, ", "batches = 1000, unit = \"mean_absolute\", ")
@@ -265,7 +246,7 @@ fn a_critic_finds_the_shortest_way_where_nothing_can_be_copied() {
 
 #[test]
 fn the_maze_is_left_by_the_shortest_way_with_both_looks() {
-    let plan = plan::parse(MAZE, &[]).unwrap();
+    let plan = plan::parse(&common::maze(RECIPE, 3000), &[]).unwrap();
     let trained = trained(&plan, 1);
     let (total, looks) = tested(&plan, &trained.mind, 200);
     // One look at a coordinate tells whether to go on along it: −1 per step and 0.1 to 0.2 for looks.
@@ -275,7 +256,7 @@ fn the_maze_is_left_by_the_shortest_way_with_both_looks() {
 
 #[test]
 fn appointed_looks_are_all_that_is_read_and_threads_change_nothing() {
-    let text = MAZE
+    let text = common::maze(RECIPE, 3000)
         .replace("steps = 3000", "steps = 900")
         .replace("batches = 400", "batches = 60")
         .replace("{ adaptive = { max_looks = 2 } }", "{ appointed = { max_looks = 2, ahead = 3 } }")

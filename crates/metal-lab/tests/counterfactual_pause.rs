@@ -2,6 +2,9 @@
 //! roll-outs, by roll-outs where every step is dear, and by a critic.
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/maze.rs"]
+mod common;
+
 use metal_lab::checkpoint::{Begun, Checkpoint, Job, Ledger, begin};
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::{Progress, Silent};
@@ -13,17 +16,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-const MAZE: &str = "title = \"Maze\"
-[environment.maze]
-[learner.plain.tile]
-[member.X]
-sensors = [\"X\"]
-learner = \"plain\"
-[member.Y]
-sensors = [\"Y\"]
-learner = \"plain\"
-[attention.acl.counterfactual]
-iterations = 5
+const RECIPE: &str = "iterations = 5
 wide_eyed = 1
 price_ramp = 2
 horizon = 6
@@ -31,23 +24,11 @@ window = 2
 validation_runs = 5
 memory = { looks = 1, steps = 3, actions = 1 }
 fit = { batches = 20, averaged = 0.3, inputs = \"standardized\" }
-network = { ensemble = 2, hidden = [16] }
-looks = { adaptive = { max_looks = 2 } }
-[phase.attention]
-roster = [\"X\", \"Y\"]
-acting = { attention = \"acl\" }
-teaching = \"nobody\"
-rate = \"full\"
-exploration = { random = { from = 1.0, to = 0.2, until = 1.0 } }
-budget = { steps = 1000 }
-[policy.acl]
-after = \"attention\"
-roster = [\"X\", \"Y\"]
-acting = { attention = \"acl\" }";
+network = { ensemble = 2, hidden = [16] }";
 
 /// The maze with one more line of settings.
 fn maze(setting: &str) -> Plan {
-    plan::parse(&MAZE.replace("iterations = 5\n", &format!("iterations = 5\n{setting}\n")), &[]).unwrap()
+    plan::parse(&common::maze(&format!("{RECIPE}\n{setting}"), 1000), &[]).unwrap()
 }
 
 /// Somebody who wants to stop whenever something was saved, and never before.
@@ -119,7 +100,7 @@ fn with_a_critic() {
 
 #[test]
 fn with_what_is_recollected_and_appointed() {
-    let text = MAZE
+    let text = common::maze(RECIPE, 1000)
         .replace("actions = 1 }", "actions = 1, recurrent = 16 }\nrecollection = { batches = 5, batch = 4 }")
         .replace("{ adaptive = { max_looks = 2 } }", "{ appointed = { max_looks = 2, ahead = 3 } }");
     ends_the_same("pause-appointed", &plan::parse(&text, &[]).unwrap());

@@ -206,10 +206,12 @@ pub struct CounterfactualConfig {
     /// while the student keeps up, and what was judged for a student that was given up is forgotten; the best iterates are
     /// tested once more at the end.
     pub thrifty: bool,
-    /// Half-way through the iterations, if looks cost their full price by then, members that get less than this share of all
+    /// At [`Self::dismissed_at`], if looks cost their full price by then, members that get less than this share of all
     /// looks are dismissed, in [0, 1), but for the one that gets most: the fewer there are to choose from, the better the
     /// choice is learned. 0: nobody is.
     pub dismissal: f64,
+    /// After which share of the iterations that is, in (0, 1].
+    pub dismissed_at: f64,
     /// How much worse than the best so far an iterate may be, as a share of the best one's cost at the price learned
     /// from, before the student goes back to the best; infinite: never back. A student that stops looking gets into
     /// states in which looking is of no use any more, and would stay blind.
@@ -244,6 +246,7 @@ impl Default for CounterfactualConfig {
             first_price: 0.0,
             thrifty: false,
             dismissal: 0.05,
+            dismissed_at: 0.5,
             tolerance: 0.1,
             validation_runs: 100,
             patience: 0,
@@ -312,6 +315,8 @@ impl CounterfactualConfig {
         within("first_price", first, (-10.0..=1.0).contains(&first), "must be -10 to 1")?;
         let dismissal = self.dismissal;
         within("dismissal", dismissal, (0.0..1.0).contains(&dismissal), "must be in [0, 1)")?;
+        let at = self.dismissed_at;
+        within("dismissed_at", at, at > 0.0 && at <= 1.0, "must be in (0, 1]")?;
         within("tolerance", self.tolerance, self.tolerance >= 0.0, "must be at least 0")?;
         count("validation_runs", self.validation_runs, 1..=1_000_000)?;
         count("patience", self.patience, 0..=10_000)

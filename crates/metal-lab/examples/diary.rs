@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p metal-lab --example diary -- experiments/attention.toml 1 adaptive MF+RF/2`
 //!
-//! The seed is followed by whom to teach: `adaptive`, or the sensors to look at, with `/k` at every k-th motor step only.
+//! The seed (or `1/3`: training 3, counted from 0, of a run with seed 1) is followed by whom to teach: `adaptive`, or the sensors to look at, with `/k` at every k-th motor step only.
 //! Costs are those on validation roads, and so is the anatomy of the best student that follows: what it pays for, and
 //! when it looks.
 #![allow(clippy::print_stdout)]
@@ -13,6 +13,7 @@ use metal_lab::mind::Mind;
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;
 use metal_lab::registry::Roads;
+use metal_lab::reproduce::seed_streams;
 use metal_lab::reproduce::subsets::{Rival, train_subset};
 use metal_lab::train::{Trained, train_phase};
 use metal_rl::observe::{Observer, Step};
@@ -23,12 +24,16 @@ use std::path::Path;
 fn main() -> Result<(), Box<dyn Error>> {
     let mut words = std::env::args().skip(1);
     let file = words.next().ok_or("which experiment file?")?;
-    let seed: u64 = words.next().ok_or("which seed?")?.parse()?;
+    let seed = words.next().ok_or("which seed?")?;
+    let streams = match seed.split_once('/') {
+        Some((run, training)) => seed_streams(run.parse()?, training.parse()?),
+        None => Streams::new(seed.parse()?),
+    };
     let (settings, pupils): (Vec<String>, Vec<String>) = words.partition(|w| w.contains('='));
     let plan = plan::load(Path::new(&file), &settings)?;
     for pupil in pupils {
         println!("{pupil}, seed {seed}");
-        teach(&plan, &pupil, &Streams::new(seed))?;
+        teach(&plan, &pupil, &streams)?;
     }
     Ok(())
 }

@@ -244,7 +244,7 @@ pub struct Training {
     /// Cut every budget so far that the numbers only show that everything works
     #[arg(long)]
     pub quick: bool,
-    /// Train and test every subset of sensors, not only singles, pairs and the grown ones
+    /// Train and test every subset of sensors, not only those that the experiment names or grows
     #[arg(long)]
     pub all_subsets: bool,
     /// Override a field of the experiment: dotted key = TOML value; may be repeated

@@ -41,7 +41,7 @@ Examples:
   metal drive --robot epuck2://192.168.1.10 --run runs/reproduce
   metal drive --robot epuck:///dev/rfcomm0?crop --run runs/reproduce --calibration room.toml
   metal drive --robot webots://localhost:1234/learner --run runs/reproduce --road-seed 1 --episodes 5
-  metal drive --robot webots://localhost --run runs/reproduce --road-seed 1 --episodes 50 --learn runs/webots
+  metal drive --robot webots://localhost --run runs/reproduce --policy acl_phase3 --road-seed 1 --episodes 50 --learn runs/webots
   metal drive --robot webots://localhost --road-seed 1 --demonstrate --episodes 20 --record shown.mcap
 
 Ctrl-C stops the wheels at once. Keep the robot within reach.";

@@ -2,7 +2,8 @@
 //!
 //! `cargo run --release -p metal-lab --example diary -- experiments/attention.toml 1 adaptive MF+RF/2`
 //!
-//! The seed (or `1/3`: training 3, counted from 0, of a run with seed 1) is followed by whom to teach: `adaptive`, or the sensors to look at, with `/k` at every k-th motor step only.
+//! The seed (or `1/3`: training 3, counted from 0, of a run with seed 1) is followed by whom to teach: `adaptive`, or the
+//! sensors to look at, with `/k` at every k-th motor step only.
 //! Costs are those on validation roads, and so is the anatomy of the best student that follows: what it pays for, and
 //! when it looks.
 #![allow(clippy::print_stdout)]

@@ -1,10 +1,10 @@
 //! The iterations: drive, judge, fit, test on a validation stream, and keep the best student.
 
+use self::diary::{Iterate, best, finalists};
+use self::purse::Purse;
+use self::trial::{Spread, Tally, trial};
 use super::config::{CounterfactualConfig, Inputs};
 use super::fit::{fit, scale};
-use super::iterate::diary::{Iterate, best, finalists};
-use super::iterate::purse::Purse;
-use super::iterate::trial::{Spread, Tally, trial};
 use super::judge::{Drive, Judge, Judged, Labels, Workers};
 use super::student::recollection::Lesson;
 use super::student::rule::{LookRule, UnknownMember};

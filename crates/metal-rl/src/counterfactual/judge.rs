@@ -8,10 +8,10 @@ pub mod log;
 pub mod roll_outs;
 pub mod sight;
 
+use self::critic::{Critic, CriticConfig};
+use self::roll_outs::RollOuts;
+use self::sight::Sight;
 use super::iterate::{CounterfactualError, School};
-use super::judge::critic::{Critic, CriticConfig};
-use super::judge::roll_outs::RollOuts;
-use super::judge::sight::Sight;
 use super::student::Student;
 use super::student::appointment::{Diary, Kept};
 use super::student::recollection::Footstep;

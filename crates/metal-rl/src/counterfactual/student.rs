@@ -9,15 +9,15 @@ pub mod recollection;
 pub mod rule;
 pub(in crate::counterfactual) mod units;
 
+use self::appointment::Diary;
+use self::approximator::{Approximator, Networks, Recall, Shape};
+use self::believer::{Believer, Thoughts};
+use self::gaze::{Gaze, Layout};
+use self::mixture::Mixture;
+use self::recollection::{Lesson, Recollection};
+use self::rule::Rule;
+use self::units::Units;
 use super::config::{CounterfactualConfig, NAME};
-use super::student::appointment::Diary;
-use super::student::approximator::{Approximator, Networks, Recall, Shape};
-use super::student::believer::{Believer, Thoughts};
-use super::student::gaze::{Gaze, Layout};
-use super::student::mixture::Mixture;
-use super::student::recollection::{Lesson, Recollection};
-use super::student::rule::Rule;
-use super::student::units::Units;
 use crate::learner::LearnerError;
 use crate::learners::frozen;
 use crate::num;
@@ -506,6 +506,33 @@ mod tests {
         assert_eq!(looks(0, sure, nobody), None);
         assert_eq!(looks(1, sure, nobody), Some((1, 3.0)));
         assert_eq!(looks(1, sure, one), None);
+    }
+
+    #[test]
+    fn what_is_weighed_is_highest_for_what_is_chosen() {
+        let mut rng = crate::random::Rng::new(4);
+        for relative in [false, true] {
+            let fit = crate::counterfactual::FitConfig { relative, ..Default::default() };
+            let config = CounterfactualConfig { fit, ..CounterfactualConfig::default() };
+            let rule = Rule::Adaptive { min_looks: 0, max_looks: 3 };
+            let student = Student::new(&config, &shape(rule), &Streams::new(1)).unwrap();
+            let (mut scratch, mut chosen) = (student.scratch(), [0; 2]);
+            for _ in 0..200 {
+                scratch.values.iter_mut().for_each(|value| *value = rng.range(-1.0, 1.0));
+                let mut weighed = Vec::new();
+                student.weigh(&scratch, &mut weighed);
+                let look = student.preferred_look(IndexSet::EMPTY, &scratch);
+                let choice = look.map_or(student.best_move(&scratch), |(slot, _)| student.actions() + slot);
+                assert_eq!(weighed.len(), 5, "two moves, three looks");
+                assert_eq!(num::argmax(&weighed), choice);
+                chosen[usize::from(look.is_some())] += 1;
+            }
+            assert!(chosen.iter().all(|&n| n > 10), "{chosen:?}");
+        }
+        let mut nothing = Vec::new();
+        let fixed = student(Rule::Scheduled { slots: IndexSet::EMPTY.with(0), every: 1 });
+        fixed.weigh(&fixed.scratch(), &mut nothing);
+        assert!(nothing.is_empty() && !fixed.weighs_looks(), "whoever may not choose weighs nothing");
     }
 
     #[test]

@@ -13,7 +13,8 @@ use metal_rl::view::Scaling;
 use metal_worlds::highway::{Driver, Steering, VISION};
 use std::sync::{Arc, OnceLock};
 
-/// The frozen mind that ships with `Highway-v0`. `metal train-traffic` makes it again, bit for bit.
+/// The frozen mind that ships with `Highway-v0`: these bytes are part of that world. They were trained when the Gaussians' sums
+/// were added one after the other; what `metal train-traffic` trains today is another mind of the same plan (reading R138).
 const FROZEN: &[u8] = include_bytes!("../assets/highway-v0-traffic.mind");
 
 /// The one seed of the traffic's training, chosen with the budget by the criteria of the world (docs/paper/fidelity.md).
@@ -40,14 +41,18 @@ impl Driver for Observer {
 /// If the shipped mind does not fit its plan: the program was built from a damaged tree.
 #[must_use]
 pub fn steering() -> Steering {
-    static DRIVER: OnceLock<Arc<Observer>> = OnceLock::new();
-    let driver = DRIVER.get_or_init(|| {
-        let plan = plan().expect("the traffic's plan is part of the program");
-        let learner =
-            plan.members[0].learner.thaw(FROZEN).expect("the traffic's mind is part of the program");
-        Arc::new(Observer { learner, scaling: plan.file.scaling })
-    });
-    Steering::Mind(driver.clone())
+    static DRIVER: OnceLock<Steering> = OnceLock::new();
+    DRIVER.get_or_init(|| steering_by(FROZEN).expect("the traffic's mind is part of the program")).clone()
+}
+
+/// Red cars that drive by another mind, as [`train`] returns it.
+///
+/// # Errors
+/// If the bytes are damaged or no mind of the traffic's plan.
+pub fn steering_by(frozen: &[u8]) -> Result<Steering, RunError> {
+    let plan = plan()?;
+    let learner = plan.members[0].learner.thaw(frozen)?;
+    Ok(Steering::Mind(Arc::new(Observer { learner, scaling: plan.file.scaling })))
 }
 
 fn plan() -> Result<Plan, plan::PlanError> {

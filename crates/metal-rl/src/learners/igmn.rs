@@ -126,7 +126,7 @@ impl Joint {
             for group in 0..self.gaussians.groups() {
                 let d2 = self.gaussians.distances(group, s, rows);
                 let expected = self.gaussians.expected_last(group, rows);
-                let log_dets = self.gaussians.log_dets(group);
+                let log_dets = self.gaussians.log_dets()[group];
                 for lane in 0..(self.gaussians.len() - group * LANES).min(LANES) {
                     nearest = nearest.min(d2[lane]);
                     each(Opinion {

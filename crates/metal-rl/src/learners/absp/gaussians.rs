@@ -4,12 +4,16 @@
 use crate::num;
 use multiversion::multiversion;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Gaussians per group.
 pub(crate) const LANES: usize = 8;
 
 /// One number for each Gaussian of a group.
 pub(crate) type Lane = [f64; LANES];
+
+/// Full covariances up to this dimension have short working space.
+const SMALL: usize = 8;
 
 /// Largest dimension of full covariances (a query keeps one row per dimension on the stack).
 pub(crate) const MAX_FULL: usize = 64;
@@ -199,16 +203,36 @@ impl Gaussians {
         distances(self, group, s, rows)
     }
 
-    /// As [`Self::distances`], inlined, for diagonal covariances.
+    /// Squared Mahalanobis distances of `s` to the Gaussians of some groups, over all dimensions. Inlined, so that a caller
+    /// compiled for wide vectors has it wide.
     #[inline(always)]
-    pub fn distances_diagonal(&self, group: usize, s: &[f64]) -> Lane {
-        let range = group * self.dims..(group + 1) * self.dims;
-        diagonal_distances(&self.means[range.clone()], &self.inverses[range], s)
+    pub fn distances_of(&self, groups: Range<usize>, s: &[f64], out: &mut [Lane]) {
+        if !self.full {
+            self.diagonal_distances_of(groups, s, out);
+        } else if self.dims <= SMALL {
+            self.full_distances_of(groups, s, (&mut [[0.0; LANES]; SMALL], out));
+        } else {
+            self.full_distances_of(groups, s, (&mut [[0.0; LANES]; MAX_FULL], out));
+        }
     }
 
-    /// As [`Self::distances`], inlined, for full covariances.
     #[inline(always)]
-    pub fn distances_full(&self, group: usize, s: &[f64], rows: &mut [Lane]) -> Lane {
+    fn diagonal_distances_of(&self, groups: Range<usize>, s: &[f64], out: &mut [Lane]) {
+        for (group, out) in groups.zip(out) {
+            let range = group * self.dims..(group + 1) * self.dims;
+            *out = diagonal_distances(&self.means[range.clone()], &self.inverses[range], s);
+        }
+    }
+
+    #[inline(always)]
+    fn full_distances_of(&self, groups: Range<usize>, s: &[f64], (rows, out): (&mut [Lane], &mut [Lane])) {
+        for (group, out) in groups.zip(out) {
+            *out = self.full_distances(group, s, rows);
+        }
+    }
+
+    #[inline(always)]
+    fn full_distances(&self, group: usize, s: &[f64], rows: &mut [Lane]) -> Lane {
         let range = group * self.dims..(group + 1) * self.dims;
         let factors = &self.factors[group * self.rows()..];
         full_distances((&self.means[range.clone()], &self.inverses[range], factors), s, rows)
@@ -233,10 +257,10 @@ impl Gaussians {
         self.factor(c, at(self.dims - 1, self.dims - 1))
     }
 
-    /// ln |Σ| of the Gaussians of a group.
+    /// ln |Σ| of all groups.
     #[inline(always)]
-    pub fn log_dets(&self, group: usize) -> &Lane {
-        &self.log_dets[group]
+    pub fn log_dets(&self) -> &[Lane] {
+        &self.log_dets
     }
 
     /// Moves a Gaussian towards `s` by weight w in (0, 1), `e` being scratch of `dims` numbers.
@@ -312,9 +336,14 @@ impl Gaussians {
 }
 
 /// [`Gaussians::distances`].
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx2+fma"))]
 fn distances(of: &Gaussians, group: usize, s: &[f64], rows: &mut [Lane]) -> Lane {
-    if of.full { of.distances_full(group, s, rows) } else { of.distances_diagonal(group, s) }
+    if of.full {
+        return of.full_distances(group, s, rows);
+    }
+    let mut d2 = [[0.0; LANES]];
+    of.diagonal_distances_of(group..group + 1, s, &mut d2);
+    d2[0]
 }
 
 /// Σ ((s − μ)/σ)² for a group, from means and 1/σ² by dimension.
@@ -324,7 +353,7 @@ fn diagonal_distances(means: &[Lane], inverses: &[Lane], s: &[f64]) -> Lane {
     for ((mean, inverse), &x) in means.iter().zip(inverses).zip(s) {
         for lane in 0..LANES {
             let e = x - mean[lane];
-            sum[lane] += e * e * inverse[lane];
+            sum[lane] = (e * inverse[lane]).mul_add(e, sum[lane]);
         }
     }
     sum
@@ -342,12 +371,12 @@ fn full_distances(of: (&[Lane], &[Lane], &[Lane]), s: &[f64], rows: &mut [Lane])
         }
         for (l, z) in factors[at(i, 0)..at(i, i)].iter().zip(&rows[..i]) {
             for lane in 0..LANES {
-                y[lane] -= l[lane] * z[lane];
+                y[lane] = (-l[lane]).mul_add(z[lane], y[lane]);
             }
         }
         for lane in 0..LANES {
             y[lane] *= inverses[i][lane];
-            sum[lane] += y[lane] * y[lane];
+            sum[lane] = y[lane].mul_add(y[lane], sum[lane]);
         }
         rows[i] = y;
     }

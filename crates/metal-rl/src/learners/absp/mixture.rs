@@ -2,7 +2,7 @@
 
 use super::frame::{Frame, Shape};
 use super::gaussians::{Gaussians, LANES, Lane, MAX_FULL};
-use super::scan::{Scan, responsibilities, scan};
+use super::scan::{NO_BLOCK, Scan, blocks, log_densities, responsibilities, scan};
 use crate::learner::Rate;
 use crate::num;
 use serde::{Deserialize, Serialize};
@@ -82,47 +82,28 @@ impl Mixture {
         (self.len() - group * LANES).min(LANES)
     }
 
-    /// Calls `each` with (group, log densities, squared distances) of every group; places without a component have the
-    /// density 0. Inlined, so that a caller compiled for wide vectors has it wide.
-    #[inline(always)]
-    pub fn for_each_group(&self, frame: &Frame, s: &[f64], each: impl FnMut(usize, &Lane, &Lane)) {
-        self.for_each_group_of(0..self.gaussians.groups(), (frame, s), each);
-    }
-
-    /// As [`Self::for_each_group`], for some of them.
-    #[inline(always)]
-    pub fn for_each_group_of(
-        &self,
-        groups: Range<usize>,
-        (frame, s): (&Frame, &[f64]),
-        mut each: impl FnMut(usize, &Lane, &Lane),
-    ) {
-        if frame.full {
-            with_rows(frame.dims, |rows| {
-                for group in groups {
-                    let d2 = self.gaussians.distances_full(group, s, rows);
-                    each(group, &self.log_densities(frame, group, &d2), &d2);
-                }
-            });
-        } else {
-            for group in groups {
-                let d2 = self.gaussians.distances_diagonal(group, s);
-                each(group, &self.log_densities(frame, group, &d2), &d2);
-            }
+    /// Calls `each` with (group, log densities) of every group; places without a component have the density 0.
+    fn for_each_group(&self, frame: &Frame, s: &[f64], mut each: impl FnMut(usize, &Lane)) {
+        let mut space = NO_BLOCK;
+        for block in blocks(self) {
+            let logs = &mut space[..block.len()];
+            log_densities((self, frame, s), block.clone(), logs);
+            block.zip(logs).for_each(|(group, l)| each(group, l));
         }
     }
 
-    /// Log densities of a group from squared distances.
+    /// Squared distances of some groups become log densities. Inlined, so that a caller compiled for wide vectors has it
+    /// wide.
     #[inline(always)]
-    fn log_densities(&self, frame: &Frame, group: usize, d2: &Lane) -> Lane {
-        let (mut l, log_dets) = ([0.0; LANES], self.gaussians.log_dets(group));
-        for lane in 0..LANES {
-            l[lane] = frame.log_density(log_dets[lane], d2[lane]);
+    pub fn to_log_densities(&self, frame: &Frame, groups: Range<usize>, distances: &mut [Lane]) {
+        let last = self.gaussians.groups().wrapping_sub(1);
+        let log_dets = &self.gaussians.log_dets()[groups.clone()];
+        for (l, log_det) in distances.as_flattened_mut().iter_mut().zip(log_dets.as_flattened()) {
+            *l = frame.log_density(*log_det, *l);
         }
-        if self.used(group) < LANES {
-            l[self.used(group)..].fill(f64::NEG_INFINITY);
+        if groups.contains(&last) {
+            distances[last - groups.start][self.used(last)..].fill(f64::NEG_INFINITY);
         }
-        l
     }
 
     /// Everything about one state in one pass.
@@ -134,7 +115,7 @@ impl Mixture {
     pub fn log_gibbs(&self, frame: &Frame, s: &[f64], temperature: f64) -> f64 {
         let mut top = num::ln(frame.background_mass) + frame.background_value / temperature;
         let mut sum = 1.0;
-        self.for_each_group(frame, s, |g, l, _| {
+        self.for_each_group(frame, s, |g, l| {
             for (lane, &l) in l[..self.used(g)].iter().enumerate() {
                 let x = l + self.facts[g].value[lane] / temperature;
                 if x > top {
@@ -158,7 +139,7 @@ impl Mixture {
     ) -> f64 {
         let scan = self.scan(frame, s);
         let mut sum = scan.background_share(frame) * background;
-        self.for_each_group(frame, s, |g, l, _| {
+        self.for_each_group(frame, s, |g, l| {
             for (lane, &l) in l[..self.used(g)].iter().enumerate() {
                 if l - scan.reference > NEGLIGIBLE {
                     let weight = self.facts[g].weight(frame, lane);

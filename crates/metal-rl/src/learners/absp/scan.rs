@@ -1,17 +1,31 @@
 //! What all components of one action say about one state: the inner loop of the mixtures.
 //!
-//! Compiled once for any processor and once for 256-bit vectors. Terms are worked out side by side and added one after
-//! the other, in the order of the components, so both give the bits of the plain loop.
+//! Compiled once for any processor and once for 256-bit vectors with fused multiply-add. Each lane adds its own terms in the
+//! order of the groups, and the lanes are added at the end in one fixed order, so both give the same bits.
 
 use super::frame::Frame;
 use super::gaussians::{LANES, Lane};
 use super::mixture::{Facts, Mixture, NEGLIGIBLE};
 use crate::num;
 use multiversion::multiversion;
+use std::ops::Range;
 
-/// Groups whose log densities are worked out before the first of them is added: nothing in that loop depends on what was
-/// found before, so that the processor need not guess.
+/// Groups whose log densities are worked out before any of them is added: nothing in that loop depends on what was found
+/// before, so that the processor need not guess. Most mixtures are one block.
 const BLOCK: usize = 16;
+
+/// Space for what is worked out of a block.
+pub(super) const NO_BLOCK: [Lane; BLOCK] = [[0.0; LANES]; BLOCK];
+
+/// All groups of a mixture, a block at a time.
+#[inline(always)]
+pub(super) fn blocks(mixture: &Mixture) -> impl Iterator<Item = Range<usize>> + use<> {
+    let groups = mixture.gaussians.groups();
+    (0..groups).step_by(BLOCK).map(move |start| start..groups.min(start + BLOCK))
+}
+
+/// What lies this far below a reference is 0: e to this power is still a number of full precision.
+const FARTHEST: f64 = -700.0;
 
 /// Sums over the components of one action for one state, all times exp(−reference).
 #[derive(Clone, Copy, Debug)]
@@ -23,39 +37,6 @@ pub(crate) struct Scan {
 }
 
 impl Scan {
-    /// The background alone: uniform density 1, so its log density is 0.
-    #[inline(always)]
-    fn background(frame: &Frame) -> Self {
-        let n0 = frame.background_mass;
-        Self { reference: 0.0, mass: n0, value: n0 * frame.background_value, success: n0 }
-    }
-
-    /// Takes in the components of a group with log densities `l`.
-    #[inline(always)]
-    fn absorb(&mut self, frame: &Frame, l: &Lane, facts: &Facts) {
-        let top = highest(l);
-        if top - self.reference <= NEGLIGIBLE {
-            return;
-        }
-        if top > self.reference {
-            let factor = num::exp(self.reference - top);
-            self.mass *= factor;
-            self.value *= factor;
-            self.success *= factor;
-            self.reference = top;
-        }
-        let e = densities(l, self.reference);
-        let (mut mass, mut value, mut success) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            mass[lane] = facts.weight(frame, lane) * e[lane];
-            value[lane] = mass[lane] * facts.value[lane];
-            success[lane] = facts.success[lane] * e[lane];
-        }
-        self.mass = mass.iter().fold(self.mass, |sum, x| sum + x);
-        self.value = value.iter().fold(self.value, |sum, x| sum + x);
-        self.success = success.iter().fold(self.success, |sum, x| sum + x);
-    }
-
     /// Q(s, a).
     pub fn value(&self) -> f64 {
         self.value / self.mass
@@ -82,56 +63,149 @@ impl Scan {
     }
 }
 
-/// Everything about one state in one pass.
-#[multiversion(targets("x86_64+avx2"))]
-pub(super) fn scan(mixture: &Mixture, frame: &Frame, s: &[f64]) -> Scan {
-    let mut scan = Scan::background(frame);
-    let mut logs = [[0.0; LANES]; BLOCK];
-    let groups = mixture.gaussians.groups();
-    for start in (0..groups).step_by(BLOCK) {
-        let block = start..groups.min(start + BLOCK);
-        mixture.for_each_group_of(block.clone(), (frame, s), |group, l, _| logs[group - start] = *l);
-        for (l, facts) in logs.iter().zip(&mixture.facts[block]) {
-            scan.absorb(frame, l, facts);
+/// The sums of a [`Scan`] before the lanes are added.
+struct Tally {
+    reference: f64,
+    mass: Lane,
+    value: Lane,
+    success: Lane,
+}
+
+impl Tally {
+    /// The background alone, in the first lane: uniform density 1, so its log density is 0.
+    #[inline(always)]
+    fn background(frame: &Frame) -> Self {
+        let first = |x: f64| std::array::from_fn(|lane| if lane == 0 { x } else { 0.0 });
+        let n0 = frame.background_mass;
+        Self {
+            reference: 0.0,
+            mass: first(n0),
+            value: first(n0 * frame.background_value),
+            success: first(n0),
         }
     }
-    scan
+
+    /// Takes in groups with log densities `logs`, which become densities.
+    #[inline(always)]
+    fn absorb(&mut self, frame: &Frame, logs: &mut [Lane], facts: &[Facts]) {
+        let top = highest(logs);
+        if top > self.reference {
+            self.refer_to(top);
+        }
+        to_densities(logs, self.reference);
+        let (mut mass, mut value, mut success) = (self.mass, self.value, self.success);
+        for (e, facts) in logs.iter().zip(facts) {
+            let mut part = [0.0; LANES];
+            for lane in 0..LANES {
+                part[lane] = facts.weight(frame, lane) * e[lane];
+            }
+            for lane in 0..LANES {
+                mass[lane] += part[lane];
+            }
+            for lane in 0..LANES {
+                value[lane] = part[lane].mul_add(facts.value[lane], value[lane]);
+            }
+            for lane in 0..LANES {
+                success[lane] = facts.success[lane].mul_add(e[lane], success[lane]);
+            }
+        }
+        (self.mass, self.value, self.success) = (mass, value, success);
+    }
+
+    /// Raises the reference.
+    #[inline(always)]
+    fn refer_to(&mut self, top: f64) {
+        let below = self.reference - top;
+        let factor = if below > FARTHEST { num::exp_of_negative(below) } else { 0.0 };
+        for lane in 0..LANES {
+            self.mass[lane] *= factor;
+            self.value[lane] *= factor;
+            self.success[lane] *= factor;
+        }
+        self.reference = top;
+    }
+
+    #[inline(always)]
+    fn total(&self) -> Scan {
+        let [mass, value, success] = [&self.mass, &self.value, &self.success].map(sum);
+        Scan { reference: self.reference, mass, value, success }
+    }
+}
+
+/// Everything about one state in one pass.
+#[multiversion(targets("x86_64+avx2+fma"))]
+pub(super) fn scan(mixture: &Mixture, frame: &Frame, s: &[f64]) -> Scan {
+    scan_inlined(mixture, frame, s)
+}
+
+#[inline(always)]
+fn scan_inlined(mixture: &Mixture, frame: &Frame, s: &[f64]) -> Scan {
+    let mut tally = Tally::background(frame);
+    let mut space = NO_BLOCK;
+    for block in blocks(mixture) {
+        let logs = &mut space[..block.len()];
+        mixture.gaussians.distances_of(block.clone(), s, logs);
+        mixture.to_log_densities(frame, block.clone(), logs);
+        tally.absorb(frame, logs, &mixture.facts[block]);
+    }
+    tally.total()
+}
+
+/// Log densities of some groups.
+#[multiversion(targets("x86_64+avx2+fma"))]
+pub(super) fn log_densities(of: (&Mixture, &Frame, &[f64]), groups: Range<usize>, logs: &mut [Lane]) {
+    let (mixture, frame, s) = of;
+    mixture.gaussians.distances_of(groups.clone(), s, logs);
+    mixture.to_log_densities(frame, groups, logs);
 }
 
 /// Adds responsibilities and squared distances of all groups to `work`; `scan` is that of the state.
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx2+fma"))]
 pub(super) fn responsibilities(of: (&Mixture, &Frame, &[f64]), scan: &Scan, work: &mut Vec<(Lane, Lane)>) {
     let (mixture, frame, s) = of;
-    mixture.for_each_group(frame, s, |group, l, d2| {
-        let mut rho = densities(l, scan.reference);
-        for (lane, rho) in rho.iter_mut().enumerate() {
-            *rho = mixture.facts[group].weight(frame, lane) * *rho / scan.mass;
+    let mut distances = NO_BLOCK;
+    for block in blocks(mixture) {
+        mixture.gaussians.distances_of(block.clone(), s, &mut distances);
+        let mut space = distances;
+        let rho = &mut space[..block.len()];
+        mixture.to_log_densities(frame, block.clone(), rho);
+        to_densities(rho, scan.reference);
+        for ((rho, d2), facts) in rho.iter_mut().zip(&distances).zip(&mixture.facts[block]) {
+            for lane in 0..LANES {
+                rho[lane] *= facts.weight(frame, lane) / scan.mass;
+            }
+            work.push((*rho, *d2));
         }
-        work.push((rho, *d2));
-    });
+    }
 }
 
-/// exp(l − reference), 0 where that is negligible or not a number; no l exceeds the reference.
+/// l becomes exp(l − reference), 0 where that is negligible or not a number; no l exceeds the reference.
 #[inline(always)]
-fn densities(l: &Lane, reference: f64) -> Lane {
-    let mut e = [0.0; LANES];
-    for lane in 0..LANES {
-        let x = l[lane] - reference;
+fn to_densities(logs: &mut [Lane], reference: f64) {
+    for l in logs.as_flattened_mut() {
+        let x = *l - reference;
         let power = num::exp_of_negative(x);
-        e[lane] = if x > NEGLIGIBLE { power } else { 0.0 };
+        *l = if x > NEGLIGIBLE { power } else { 0.0 };
     }
-    e
 }
 
-/// Largest number of a group that is one.
+/// Largest number of some groups that is one.
 #[inline(always)]
-fn highest(l: &Lane) -> f64 {
+fn highest(logs: &[Lane]) -> f64 {
     let larger = |a: f64, b: f64| if b > a { b } else { a };
-    let mut best = [f64::NEG_INFINITY; LANES / 2];
-    for lane in 0..LANES / 2 {
-        best[lane] = larger(larger(best[lane], l[lane]), l[lane + LANES / 2]);
+    let mut best = [f64::NEG_INFINITY; LANES];
+    for l in logs {
+        for lane in 0..LANES {
+            best[lane] = larger(best[lane], l[lane]);
+        }
     }
-    larger(larger(best[0], best[2]), larger(best[1], best[3]))
+    best.into_iter().fold(f64::NEG_INFINITY, larger)
+}
+
+/// Sum of a group.
+#[inline(always)]
+fn sum(x: &Lane) -> f64 {
+    ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }
 
 #[cfg(test)]
@@ -140,10 +214,10 @@ mod tests {
     use super::*;
     use crate::random::Rng;
 
-    /// [`densities`] compiled for wide vectors where the processor has them.
-    #[multiversion(targets("x86_64+avx2"))]
-    fn wide(l: &Lane, reference: f64) -> Lane {
-        densities(l, reference)
+    /// [`to_densities`] compiled for wide vectors where the processor has them.
+    #[multiversion(targets("x86_64+avx2+fma"))]
+    fn wide(logs: &mut [Lane], reference: f64) {
+        to_densities(logs, reference);
     }
 
     #[test]
@@ -151,10 +225,12 @@ mod tests {
         let mut rng = Rng::new(3);
         for _ in 0..50_000 {
             let l: Lane = std::array::from_fn(|_| rng.range(-60.0, 20.0));
-            let top = highest(&l);
+            let mut e = [l];
+            let top = highest(&e);
             assert_eq!(top, num::max(&l));
-            for (lane, e) in wide(&l, top).into_iter().enumerate() {
-                let x = l[lane] - top;
+            wide(&mut e, top);
+            for (l, e) in l.into_iter().zip(e[0]) {
+                let x = l - top;
                 let alone = if x > NEGLIGIBLE { num::exp_of_negative(std::hint::black_box(x)) } else { 0.0 };
                 assert_eq!(e.to_bits(), alone.to_bits(), "{x}");
             }
@@ -194,28 +270,48 @@ mod tests {
         (frame, mixture)
     }
 
+    /// Q(s, a) and the logarithms of both masses, one component after the other.
+    fn plainly(frame: &Frame, mixture: &Mixture, s: &[f64]) -> [f64; 3] {
+        let n0 = frame.background_mass;
+        let (mut mass, mut value, mut success) = (n0, n0 * frame.background_value, n0);
+        for c in 0..mixture.len() {
+            let mut d2 = [[0.0; LANES]];
+            mixture.gaussians.distances_of(c / LANES..c / LANES + 1, s, &mut d2);
+            let facts = &mixture.facts[c / LANES];
+            let density = num::exp(frame.log_density(mixture.gaussians.log_det(c), d2[0][c % LANES]));
+            let part = facts.weight(frame, c % LANES) * density;
+            mass += part;
+            value += part * facts.value[c % LANES];
+            success += facts.success[c % LANES] * density;
+        }
+        [value / mass, num::ln(mass), num::ln(success)]
+    }
+
     #[test]
-    fn blocks_give_the_bits_of_one_group_after_the_other() {
+    fn vectors_give_the_sums_of_the_formula_and_the_same_bits_everywhere() {
         let mut rng = Rng::new(5);
         for full in [false, true] {
             let (frame, mixture) = scattered(full, &mut rng);
             for _ in 0..1000 {
                 let s: [f64; 3] = std::array::from_fn(|_| rng.range(-0.2, 1.2));
-                let mut plain = Scan::background(&frame);
-                mixture.for_each_group(&frame, &s, |g, l, _| plain.absorb(&frame, l, &mixture.facts[g]));
-                let blocks = mixture.scan(&frame, &s);
+                let [wide, narrow] = [mixture.scan(&frame, &s), scan_inlined(&mixture, &frame, &s)];
                 let bits =
                     |scan: Scan| [scan.reference, scan.mass, scan.value, scan.success].map(f64::to_bits);
-                assert_eq!(bits(blocks), bits(plain));
+                assert_eq!(bits(wide), bits(narrow));
+                let is = [wide.value(), wide.log_mass(), wide.log_success()];
+                for (is, should) in is.into_iter().zip(plainly(&frame, &mixture, &s)) {
+                    assert!((is - should).abs() < 1e-12 * should.abs().max(1.0), "{is} not {should}");
+                }
             }
         }
     }
 
     #[test]
     fn what_is_no_number_counts_nothing() {
-        let l = [f64::NAN, -1.0, f64::NEG_INFINITY, f64::NAN, -2.0, -50.0, f64::NAN, -3.0];
-        assert_eq!(highest(&l), -1.0);
-        let e = wide(&l, -1.0);
+        let mut e = [[f64::NAN, -1.0, f64::NEG_INFINITY, f64::NAN, -2.0, -50.0, f64::NAN, -3.0]];
+        assert_eq!(highest(&e), -1.0);
+        wide(&mut e, -1.0);
+        let [e] = e;
         assert_eq!([e[0], e[1], e[2], e[3], e[5], e[6]], [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     }
 }

@@ -25,14 +25,8 @@ pub struct Pupil<'a> {
 }
 
 impl Pupil<'_> {
-    /// Lets the mind learn on in `world` and writes it to `out`, a run of one training; also if the world fails meanwhile.
-    pub fn learn_on(
-        &self,
-        (mind, world): (&Mind, &mut dyn Environment),
-        rest: (usize, &Streams),
-        observer: &mut dyn Observer,
-        out: &Path,
-    ) -> anyhow::Result<()> {
+    /// Refuses a mind that cannot learn on, before anybody connects to a body.
+    pub fn check(&self) -> anyhow::Result<()> {
         let acting = &self.plan.file.phase[self.phase].acting;
         ensure!(
             !acting.is_watched(),
@@ -42,13 +36,25 @@ impl Pupil<'_> {
         let by_steps = |phase: &&String| {
             can_learn_on(self.plan, phase) && !self.plan.file.phase[*phase].acting.is_watched()
         };
+        let others: Vec<&str> = self.plan.file.phase.keys().filter(by_steps).map(String::as_str).collect();
+        let others = if others.is_empty() { "no phase of this plan".into() } else { others.join(", ") };
         ensure!(
             can_learn_on(self.plan, self.phase),
             "--learn: phase `{}` is learned by counterfactual policy iteration, in a world that can be copied; a mind learns on \
-             from {}",
-            self.phase,
-            self.plan.file.phase.keys().filter(by_steps).cloned().collect::<Vec<_>>().join(", ")
+             from {others}",
+            self.phase
         );
+        Ok(())
+    }
+
+    /// Lets the mind learn on in `world` and writes it to `out`, a run of one training; also if the world fails meanwhile.
+    pub fn learn_on(
+        &self,
+        (mind, world): (&Mind, &mut dyn Environment),
+        rest: (usize, &Streams),
+        observer: &mut dyn Observer,
+        out: &Path,
+    ) -> anyhow::Result<()> {
         let (learned, outcome) = learn_on((self.plan, self.phase), mind, world, rest, observer)?;
         self.write(&learned, out)?;
         Ok(outcome?)

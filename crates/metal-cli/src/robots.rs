@@ -357,6 +357,10 @@ fn go_with(folder: &Path, request: &Drive) -> anyhow::Result<()> {
     };
     let Some(phase) = &row.after else { bail!("--policy {}: it learned in no phase", request.policy) };
     ensure!(request.mind < card.seeds, "--mind {}: below {}", request.mind, card.seeds);
+    let pupil = Pupil { store: &store, plan: &plan, card: &card, seed: request.mind, phase };
+    if request.learn.is_some() {
+        pupil.check()?;
+    }
     let mind = store.read_mind(&plan, request.mind, phase)?;
     let environment = body(request)?;
     let spec = environment.spec().clone();
@@ -379,7 +383,6 @@ fn go_with(folder: &Path, request: &Drive) -> anyhow::Result<()> {
     let environment = recorded(request, environment, |world, tape| {
         log.beliefs = tape.map(Beliefs);
         let Some(out) = &request.learn else { return Ok(drive(&candidate, world, rest, &mut log)?) };
-        let pupil = Pupil { store: &store, plan: &plan, card: &card, seed: request.mind, phase };
         pupil.learn_on((&mind, world), rest, &mut log, out)
     })?;
     say(&summary(&log, &environment))

@@ -100,6 +100,7 @@ pub const CASES: &[&[&str]] = &[
     &["drive", "--robot", "epuck2://127.0.0.1:1", "--run", "nowhere"],
     &["drive", "--robot", "epuck2://127.0.0.1:1", "--run", "mindless", "--policy", "nobody"],
     &["drive", "--robot", "epuck2://127.0.0.1:1", "--run", "mindless", "--mind", "7"],
+    &["drive", "--robot", "epuck2://127.0.0.1:1", "--run", "rolled", "--learn", "never"],
     &["calibrate", "--robot", "epuck2://127.0.0.1:1", "--pause", "-1"],
     &["serve", "epuck2", "--bind", "nowhere"],
     &["serve", "webots", "--bind", "127.0.0.1:99999"],

@@ -5,6 +5,9 @@ use std::path::Path;
 /// The toy in a few lines of its own, to be spoilt one line at a time.
 const TOY: &str = include_str!("../../../../experiments/toy.toml");
 
+/// The same toy, whose attention is learned by counterfactual policy iteration.
+const ROLLED: &str = include_str!("../../../../experiments/toy_counterfactual.toml");
+
 /// File → text.
 const TEXTS: &[(&str, &str)] = &[
     ("empty.toml", ""),
@@ -53,6 +56,8 @@ const TEXTS: &[(&str, &str)] = &[
     ("cut/run.json", "{\"version\":\"0.1.0\",\"seed\":1,\"seeds\":1,\"blind\":0,\"quick\":false}"),
     ("cut/plan.toml", TOY),
     ("cut/minds/seed-0/attention.mind", "METALMND\u{1}\u{1}\u{1}\u{1}\u{1}\u{1}\u{1}\u{1}\u{1}\u{1}"),
+    ("rolled/run.json", "{\"version\":\"0.1.0\",\"seed\":1,\"seeds\":1,\"blind\":0,\"quick\":false}"),
+    ("rolled/plan.toml", ROLLED),
     ("stopped/checkpoint/job.toml", "format = 1\n"),
 ];
 

@@ -206,11 +206,10 @@ pub struct CounterfactualConfig {
     /// while the student keeps up, and what was judged for a student that was given up is forgotten; the best iterates are
     /// tested once more at the end.
     pub thrifty: bool,
-    /// At [`Self::dismissed_at`], if looks cost their full price by then, members that get less than this share of all
-    /// looks are dismissed, in [0, 1), but for the one that gets most: the fewer there are to choose from, the better the
-    /// choice is learned. 0: nobody is.
+    /// At [`Self::dismissed_at`] members that get less than this share of all looks are dismissed, in [0, 1), but for the
+    /// one that gets most: the fewer there are to choose from, the better the choice is learned. 0: nobody is.
     pub dismissal: f64,
-    /// After which share of the iterations that is, in (0, 1].
+    /// After which share of the iterations that is, in (0, 1], but not before looks cost their full price.
     pub dismissed_at: f64,
     /// How much worse than the best so far an iterate may be, as a share of the best one's cost at the price learned
     /// from, before the student goes back to the best; infinite: never back. A student that stops looking gets into
@@ -234,7 +233,7 @@ impl Default for CounterfactualConfig {
             mixture: None,
             fit: FitConfig::default(),
             iterations: 36,
-            window: 5,
+            window: 10,
             first_drives: 10,
             wander: 0.3,
             judged: 0.8,
@@ -246,7 +245,7 @@ impl Default for CounterfactualConfig {
             first_price: 0.0,
             thrifty: false,
             dismissal: 0.05,
-            dismissed_at: 0.5,
+            dismissed_at: 0.25,
             tolerance: 0.1,
             validation_runs: 100,
             patience: 0,
@@ -282,6 +281,13 @@ impl CounterfactualConfig {
     #[must_use]
     pub fn wide_eyed_iterations(&self) -> usize {
         self.wide_eyed.min(self.iterations.saturating_sub(1))
+    }
+
+    /// The iteration after which members are dismissed: none before looks cost their full price.
+    #[must_use]
+    pub fn dismissed_after(&self) -> usize {
+        let share = (self.iterations as f64 * self.dismissed_at) as usize;
+        share.max(self.wide_eyed_iterations() + self.price_ramp)
     }
 
     /// Refuses settings outside their range.

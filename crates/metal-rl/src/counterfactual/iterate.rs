@@ -227,8 +227,7 @@ impl Course<'_> {
         }
         let loss = fit(&mut self.student, &data, price_share, &streams.child("fit"));
         let tally = self.validate(school, phase)?;
-        let dismissed = (config.iterations as f64 * config.dismissed_at) as usize;
-        if iteration == dismissed && price_share >= 1.0 && iteration + 1 < config.iterations {
+        if iteration == config.dismissed_after() && price_share >= 1.0 && iteration + 1 < config.iterations {
             self.student.keep(kept(&tally.asked, self.student.kept(), config.dismissal));
         }
         let (sum, runs) = (tally.sum(), tally.runs.len());

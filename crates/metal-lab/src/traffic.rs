@@ -14,7 +14,7 @@ use metal_worlds::highway::{Driver, Steering, VISION};
 use std::sync::{Arc, OnceLock};
 
 /// The frozen mind that ships with `Highway-v0`: these bytes are part of that world. They were trained when the Gaussians' sums
-/// were added one after the other; what `metal train-traffic` trains today is another mind of the same plan (reading R138).
+/// were added one after the other; `metal train-traffic` makes the same mind again but for its last digits (reading R138).
 const FROZEN: &[u8] = include_bytes!("../assets/highway-v0-traffic.mind");
 
 /// The one seed of the traffic's training, chosen with the budget by the criteria of the world (docs/paper/fidelity.md).

@@ -1,16 +1,17 @@
-//! The red cars that ship with Highway-v0 can drive, and so can those that their experiment trains today.
+//! The red cars that ship with Highway-v0 are the ones their experiment trains, but for last digits, and they can drive.
 #![allow(clippy::unwrap_used)]
 
 use metal_lab::progress::Silent;
 use metal_lab::{registry, traffic};
 use metal_rl::environment::Environment;
+use metal_rl::random::Rng;
 use metal_worlds::highway::road::BORDER_M;
-use metal_worlds::highway::{HighwayConfig, RoadSet, Scenario, Steering};
+use metal_worlds::highway::{Driver, HighwayConfig, RoadSet, Scenario, Steering};
 
-/// At most one step in a hundred off roads that nobody has ever seen.
-fn stay_on_the_road(steering: Steering) {
+#[test]
+fn the_red_cars_stay_on_roads_they_have_never_seen() {
     let config = HighwayConfig::new(RoadSet::Test, Scenario::FromBehind);
-    let mut world = registry::highway(&config, steering);
+    let mut world = registry::highway(&config, traffic::steering());
     let (mut off, mut steps) = (0, 0);
     for seed in 0..40 {
         world.reset(seed).unwrap();
@@ -26,13 +27,17 @@ fn stay_on_the_road(steering: Steering) {
 }
 
 #[test]
-fn the_red_cars_stay_on_roads_they_have_never_seen() {
-    stay_on_the_road(traffic::steering());
-}
-
-#[test]
-fn red_cars_that_are_trained_today_drive_by_the_same_plan_and_stay_on_the_road_too() {
+fn red_cars_that_are_trained_again_decide_as_the_shipped_ones() {
     let frozen = traffic::train(&Silent).unwrap();
-    stay_on_the_road(traffic::steering_by(&frozen).unwrap());
+    let (Steering::Mind(shipped), Steering::Mind(again)) =
+        (traffic::steering(), traffic::steering_by(&frozen).unwrap())
+    else {
+        panic!("minds drive red cars");
+    };
+    let mut rng = Rng::new(1);
+    for _ in 0..10_000 {
+        let vision = std::array::from_fn(|_| rng.uniform());
+        assert_eq!(shipped.drive(&vision), again.drive(&vision), "{vision:?}");
+    }
     assert!(traffic::steering_by(&frozen[1..]).is_err());
 }

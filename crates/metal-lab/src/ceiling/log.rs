@@ -78,6 +78,7 @@ pub(super) fn kept(
         for start in (0..options.log_steps).step_by(PIECE) {
             let drive = Drive {
                 student: driver,
+                driver,
                 phase: phase(PIECE.min(options.log_steps - start)),
                 limit: subject.plan.spec.horizon,
                 price_share: 0.0,

@@ -83,8 +83,14 @@ impl Stage<'_> {
             budget: Budget::Steps(STINT),
             ..Phase::evaluation("stint", self.subject.roster(), 0)
         };
-        let drive =
-            Drive { student: &student, phase, limit, price_share: 0.0, streams: streams.child("drive") };
+        let drive = Drive {
+            student: &student,
+            driver: &student,
+            phase,
+            limit,
+            price_share: 0.0,
+            streams: streams.child("drive"),
+        };
         let mut counting = Counting { progress: self.progress, steps: 0 };
         in_school(self.subject, streams, self.progress, |school| {
             let Some((sights, _)) = gather(school, &drive, &mut counting)? else {

@@ -110,6 +110,7 @@ impl AttentionMethod {
             memory: MemoryConfig { looks: 1, steps: 8, actions: 1, recurrent: 0 },
             iterations,
             window: 5,
+            astray: 0.0,
             gamma: 0.99,
             thrifty: true,
             // Whoever cannot drive with open eyes does not know what is worth looking at.

@@ -215,6 +215,9 @@ pub struct CounterfactualConfig {
     /// from, before the student goes back to the best; infinite: never back. A student that stops looking gets into
     /// states in which looking is of no use any more, and would stay blind.
     pub tolerance: f64,
+    /// Share of the next drive, in [0, 1], that an iterate drives after it was given up, judged as if the student went on
+    /// that it was given up for. Else the same mistakes come back: nobody has seen what they lead to.
+    pub astray: f64,
     /// Episodes in which each iterate is tested on the validation stream; the best is kept.
     pub validation_runs: usize,
     /// Iterations at full price without a better iterate after which training stops; 0: never.
@@ -247,6 +250,7 @@ impl Default for CounterfactualConfig {
             dismissal: 0.05,
             dismissed_at: 0.25,
             tolerance: 0.1,
+            astray: 0.5,
             validation_runs: 100,
             patience: 0,
         }
@@ -324,6 +328,7 @@ impl CounterfactualConfig {
         let at = self.dismissed_at;
         within("dismissed_at", at, at > 0.0 && at <= 1.0, "must be in (0, 1]")?;
         within("tolerance", self.tolerance, self.tolerance >= 0.0, "must be at least 0")?;
+        within("astray", self.astray, (0.0..=1.0).contains(&self.astray), "must be in [0, 1]")?;
         count("validation_runs", self.validation_runs, 1..=1_000_000)?;
         count("patience", self.patience, 0..=10_000)
     }

@@ -146,6 +146,9 @@ pub fn iterate_term(
         purse: Purse::new(phase, config, school.environment.spec().horizon),
         spread: Spread::default(),
         held: 0,
+        stray: None,
+        asked: Vec::new(),
+        since: 0,
         streams: *streams,
     };
     if let Some(bytes) = term.course.take() {
@@ -184,6 +187,12 @@ struct Course<'a> {
     spread: Spread,
     /// Iterations in which the student kept up.
     held: usize,
+    /// The last iterate, if it was given up.
+    stray: Option<Student>,
+    /// Looks at each slot in the tests of all iterates at full price.
+    asked: Vec<usize>,
+    /// The first iteration that later ones are compared with: those before it could ask members that were dismissed.
+    since: usize,
     streams: Streams,
 }
 
@@ -204,15 +213,11 @@ impl Course<'_> {
     ) -> Result<(), CounterfactualError> {
         let config = self.student.config().clone();
         let streams = self.streams.nth(iteration as u64);
-        let horizon = school.environment.spec().horizon;
         let own_steps = self.purse.own(iteration);
-        let own = own_drive(phase, (iteration, config.iterations), own_steps);
-        let limit = drive_limit((iteration, config.iterations), config.first_drives, horizon);
         self.student.set_wide_eyed(iteration < config.wide_eyed_iterations());
         let price_share = self.price_share(&config, iteration);
-        let drive =
-            Drive { student: &self.student, phase: own, limit, price_share, streams: streams.child("drive") };
-        let Labels { judged, trail, rolled_steps } = self.judge.labels(school, &drive, observer)?;
+        let Labels { judged, trail, rolled_steps } =
+            self.drive(school, phase, (own_steps, price_share), observer)?;
         let idle = idle(&judged);
         self.remember(Lesson { iteration, judged, trail }, config.window);
         self.student.learn_recollection(self.window.iter_mut(), &streams);
@@ -227,9 +232,6 @@ impl Course<'_> {
         }
         let loss = fit(&mut self.student, &data, price_share, &streams.child("fit"));
         let tally = self.validate(school, phase)?;
-        if iteration == config.dismissed_after() && price_share >= 1.0 && iteration + 1 < config.iterations {
-            self.student.keep(kept(&tally.asked, self.student.kept(), config.dismissal));
-        }
         let (sum, runs) = (tally.sum(), tally.runs.len());
         let mean = |all: f64| all / sum.steps.max(1) as f64;
         self.spread.add(&tally.runs);
@@ -247,7 +249,58 @@ impl Course<'_> {
             runs,
             error: if config.thrifty { self.spread.error(runs) } else { 0.0 },
         });
+        if price_share >= 1.0 {
+            self.dismiss(&tally.asked, iteration);
+        }
         Ok(())
+    }
+
+    /// The student drives; if the last iterate was given up for it, that one drives a part of the way, and the student is
+    /// asked what it would do there: where the next one like that will go astray, too, is known then.
+    fn drive(
+        &mut self,
+        school: &mut School<'_>,
+        phase: &Phase,
+        (own_steps, price_share): (usize, f64),
+        observer: &mut dyn Observer,
+    ) -> Result<Labels, CounterfactualError> {
+        let config = self.student.config();
+        let at = (self.next, config.iterations);
+        let limit = drive_limit(at, config.first_drives, school.environment.spec().horizon);
+        // What the other one recollects or has appointed means nothing to the student.
+        let strange = config.memory.recurrent > 0 || self.student.rule().appoints();
+        let share = if strange { 0.0 } else { config.astray };
+        let astray = self.stray.as_ref().map_or(0, |_| (own_steps as f64 * share) as usize);
+        let stray = self.stray.as_ref().unwrap_or(&self.student);
+        let streams = self.streams.nth(self.next as u64);
+        let mut all = Labels::default();
+        for (driver, steps, name) in [(&self.student, own_steps - astray, "drive"), (stray, astray, "astray")]
+        {
+            if steps > 0 {
+                let (phase, streams) = (own_drive(phase, at, steps), streams.child(name));
+                let drive = Drive { student: &self.student, driver, phase, limit, price_share, streams };
+                let labels = self.judge.labels(school, &drive, observer)?;
+                all.add(labels);
+            }
+        }
+        Ok(all)
+    }
+
+    /// When it is time, whoever was hardly asked since looks cost their full price is dismissed. What was possible with
+    /// them is no measure any more for what comes.
+    fn dismiss(&mut self, asked: &[usize], iteration: usize) {
+        self.asked.resize(asked.len(), 0);
+        self.asked.iter_mut().zip(asked).for_each(|(all, now)| *all += now);
+        let (config, before) = (self.student.config(), self.student.kept());
+        let kept = kept(&self.asked, before, config.dismissal);
+        if iteration != config.dismissed_after() || iteration + 1 == config.iterations || kept == before {
+            return;
+        }
+        self.student.keep(kept);
+        if let Some(stray) = &mut self.stray {
+            stray.keep(kept);
+        }
+        self.since = self.diary.len();
     }
 
     /// The share of its price that a look costs: by the clock, or by how often the student kept up.
@@ -268,15 +321,16 @@ impl Course<'_> {
     fn note(&mut self, iterate: Iterate) {
         self.diary.push(iterate);
         self.past.push(self.student.clone());
+        self.stray = None;
         // Who looks at everybody tells nothing about how good the same student's own looks are.
-        let free = self.student.config().wide_eyed_iterations();
-        if self.diary.len() <= free {
+        let since = self.since.max(self.student.config().wide_eyed_iterations());
+        if self.diary.len() <= since {
             return;
         }
         let share = iterate.price_share;
-        let best = free + best(&self.diary[free..], share);
+        let best = since + best(&self.diary[since..], share);
         if iterate.is_worse_than(&self.diary[best], share, self.student.config().tolerance) {
-            self.student = self.past[best].clone();
+            self.stray = Some(std::mem::replace(&mut self.student, self.past[best].clone()));
             if self.student.config().thrifty {
                 // What comes after the best was judged for students that were given up.
                 self.window.retain(|lesson| lesson.iteration <= best + 1);

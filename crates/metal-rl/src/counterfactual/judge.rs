@@ -91,8 +91,10 @@ pub type Verdict = Result<(Vec<Judged>, usize), EnvironmentError>;
 
 /// A drive of the student's own, from which it is to be taught.
 pub struct Drive<'a> {
-    /// The student as it drives.
+    /// The student that is taught: whose future is judged.
     pub student: &'a Student,
+    /// Who drives: the student itself, or one that was given up for it.
+    pub driver: &'a Student,
     /// Exploration and budget.
     pub phase: Phase,
     /// Motor steps after which episodes begin anew.
@@ -104,6 +106,7 @@ pub struct Drive<'a> {
 }
 
 /// What a judge says after a drive.
+#[derive(Default)]
 pub struct Labels {
     /// Moments with what every move was worth.
     pub judged: Vec<Judged>,
@@ -111,6 +114,17 @@ pub struct Labels {
     pub trail: Vec<Footstep>,
     /// Motor steps in copies of the world.
     pub rolled_steps: usize,
+}
+
+impl Labels {
+    /// Takes in those of another drive.
+    pub(super) fn add(&mut self, more: Self) {
+        let before = self.judged.len();
+        let later = |step: Footstep| Footstep { judged: step.judged.map(|i| before + i), ..step };
+        self.trail.extend(more.trail.into_iter().map(later));
+        self.judged.extend(more.judged);
+        self.rolled_steps += more.rolled_steps;
+    }
 }
 
 /// Lets the student drive and says what every motor action would have been worth on the way.

@@ -14,7 +14,7 @@ use std::borrow::Cow;
 use std::collections::VecDeque;
 
 /// What a course is sealed as.
-const NAME: &str = "course";
+const NAME: &str = "course, second form";
 
 /// A part of a training: from where, and until when.
 pub struct Term<'a> {
@@ -36,6 +36,9 @@ struct Notes<'a> {
     spent: Spent,
     spread: Spread,
     held: usize,
+    stray: Option<Vec<u8>>,
+    asked: Cow<'a, [usize]>,
+    since: usize,
 }
 
 impl Course<'_> {
@@ -51,6 +54,9 @@ impl Course<'_> {
             spent: self.purse.spent(),
             spread: self.spread,
             held: self.held,
+            stray: self.stray.as_ref().map(Student::freeze),
+            asked: Cow::Borrowed(&self.asked),
+            since: self.since,
         };
         frozen::seal(NAME, &notes)
     }
@@ -65,11 +71,14 @@ impl Course<'_> {
         let thaw = |bytes: &Vec<u8>| Student::thaw(&config, shape, bytes);
         self.student = thaw(&notes.student)?;
         self.past = notes.past.iter().map(thaw).collect::<Result<_, _>>()?;
+        self.stray = notes.stray.as_ref().map(thaw).transpose()?;
         self.judge.thaw(&self.student, &notes.judge)?;
         let mut labels = notes.window.iter().flat_map(|lesson| &lesson.judged);
         let sound = notes.held <= notes.next
             && notes.next <= config.iterations
             && notes.diary.len() == self.past.len()
+            && notes.since <= notes.diary.len()
+            && (notes.asked.is_empty() || notes.asked.len() == self.student.layout().slots())
             && notes.window.len() <= config.window
             && notes.window.iter().all(|lesson| lesson.fits(self.student.layout()))
             && labels.all(|judged| fits(judged, &self.student));
@@ -78,6 +87,7 @@ impl Course<'_> {
         }
         (self.next, self.held, self.spread) = (notes.next, notes.held, notes.spread);
         (self.window, self.diary) = (notes.window.into_owned(), notes.diary.into_owned());
+        (self.asked, self.since) = (notes.asked.into_owned(), notes.since);
         self.purse.set_spent(notes.spent);
         Ok(())
     }

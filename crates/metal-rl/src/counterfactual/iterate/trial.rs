@@ -96,7 +96,7 @@ pub(in crate::counterfactual) fn trial(
     let mut tally = Tally::new(&school.roster);
     let test = Phase { budget, ..Phase::evaluation("validation", phase.roster, 0) };
     let limit = school.environment.spec().horizon;
-    let drive = Drive { student, phase: test, limit, price_share: 1.0, streams: *streams };
+    let drive = Drive { student, driver: student, phase: test, limit, price_share: 1.0, streams: *streams };
     judge.watch(school, &drive, &mut tally)?;
     let spent = tally.sum().steps;
     // A run that the end of a trial cut short tells little, if there are others.

@@ -488,7 +488,7 @@ mod tests {
 
     fn drive(student: &Student) -> Drive<'_> {
         let phase = crate::phase::Phase::evaluation("drive", IndexSet::first(2), 0);
-        Drive { student, phase, limit: 10, price_share: 1.0, streams: Streams::new(5) }
+        Drive { student, driver: student, phase, limit: 10, price_share: 1.0, streams: Streams::new(5) }
     }
 
     /// In state 0, action 1 leads to state 1 for −1 and action 0 stays for −2; from state 1 everything ends with −4.

@@ -147,7 +147,7 @@ pub fn log(
     observer: &mut dyn Observer,
 ) -> Result<Vec<Moment>, EnvironmentError> {
     let note = Note::default();
-    let mut driver = Counterfactual::new(drive.student.clone(), school.roster.clone());
+    let mut driver = Counterfactual::new(drive.driver.clone(), school.roster.clone());
     let mut scout = Scout { driver: &mut driver, note: note.clone(), ear: &mut *school.ear };
     let (now, entries) = (Vec::new(), VecDeque::new());
     let world = &mut *school.environment;
@@ -282,7 +282,7 @@ mod tests {
         };
         let phase = Phase { budget: Budget::Steps(6), ..Phase::evaluation("drive", IndexSet::first(2), 0) };
         let streams = Streams::new(2);
-        let drive = Drive { student: &student, phase, limit, price_share: 1.0, streams };
+        let drive = Drive { student: &student, driver: &student, phase, limit, price_share: 1.0, streams };
         struct Nobody;
         impl Observer for Nobody {
             fn on_step(&mut self, _step: &crate::observe::Step<'_>) {}

@@ -119,7 +119,7 @@ impl Environment for Track<'_> {
 /// Moments that are to be judged, and the trail of all motor steps.
 pub type Gathered = (Vec<Sight>, Vec<Footstep>);
 
-/// Lets the student drive, and returns the share of moments that is to be judged, evenly spread, and the trail of all motor
+/// Lets the driver drive, and returns the share of moments that is to be judged, evenly spread, and the trail of all motor
 /// steps if the student has a recollection; none if the world cannot be copied.
 ///
 /// # Errors
@@ -130,7 +130,7 @@ pub fn gather(
     observer: &mut dyn Observer,
 ) -> Result<Option<Gathered>, EnvironmentError> {
     let note = Note::default();
-    let mut driver = Counterfactual::new(drive.student.clone(), school.roster.clone());
+    let mut driver = Counterfactual::new(drive.driver.clone(), school.roster.clone());
     let mut scout = Scout { driver: &mut driver, note: note.clone(), ear: &mut *school.ear };
     let mut track = Track {
         world: &mut *school.environment,

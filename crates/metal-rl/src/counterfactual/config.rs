@@ -206,11 +206,12 @@ pub struct CounterfactualConfig {
     /// while the student keeps up, and what was judged for a student that was given up is forgotten; the best iterates are
     /// tested once more at the end.
     pub thrifty: bool,
-    /// At [`Self::dismissed_at`] members that get less than this share of all looks are dismissed, in [0, 1), but for the
-    /// one that gets most: the fewer there are to choose from, the better the choice is learned. 0: nobody is.
+    /// After every [`Self::dismissed_every`] members that got less than this share of all looks since the last time are
+    /// dismissed, in [0, 1), but for the one that got most: the fewer there are to choose from, the better the choice is
+    /// learned. 0: nobody is.
     pub dismissal: f64,
-    /// After which share of the iterations that is, in (0, 1], but not before looks cost their full price.
-    pub dismissed_at: f64,
+    /// After which share of the iterations that is, again and again, in (0, 1], but not before looks cost their full price.
+    pub dismissed_every: f64,
     /// How much worse than the best so far an iterate may be, as a share of the best one's cost at the price learned
     /// from, before the student goes back to the best; infinite: never back. A student that stops looking gets into
     /// states in which looking is of no use any more, and would stay blind.
@@ -248,7 +249,7 @@ impl Default for CounterfactualConfig {
             first_price: 0.0,
             thrifty: false,
             dismissal: 0.05,
-            dismissed_at: 0.25,
+            dismissed_every: 0.25,
             tolerance: 0.1,
             astray: 0.5,
             validation_runs: 100,
@@ -287,11 +288,13 @@ impl CounterfactualConfig {
         self.wide_eyed.min(self.iterations.saturating_sub(1))
     }
 
-    /// The iteration after which members are dismissed: none before looks cost their full price.
+    /// Whether members are dismissed after this iteration: never before looks cost their full price.
     #[must_use]
-    pub fn dismissed_after(&self) -> usize {
-        let share = (self.iterations as f64 * self.dismissed_at) as usize;
-        share.max(self.wide_eyed_iterations() + self.price_ramp)
+    pub fn dismisses_after(&self, iteration: usize) -> bool {
+        let every = ((self.iterations as f64 * self.dismissed_every) as usize).max(1);
+        let dear = self.wide_eyed_iterations() + self.price_ramp;
+        let first = dear.div_ceil(every).max(1) * every;
+        iteration >= first && iteration % every == 0 && iteration + 1 < self.iterations
     }
 
     /// Refuses settings outside their range.
@@ -325,8 +328,8 @@ impl CounterfactualConfig {
         within("first_price", first, (-10.0..=1.0).contains(&first), "must be -10 to 1")?;
         let dismissal = self.dismissal;
         within("dismissal", dismissal, (0.0..1.0).contains(&dismissal), "must be in [0, 1)")?;
-        let at = self.dismissed_at;
-        within("dismissed_at", at, at > 0.0 && at <= 1.0, "must be in (0, 1]")?;
+        let at = self.dismissed_every;
+        within("dismissed_every", at, at > 0.0 && at <= 1.0, "must be in (0, 1]")?;
         within("tolerance", self.tolerance, self.tolerance >= 0.0, "must be at least 0")?;
         within("astray", self.astray, (0.0..=1.0).contains(&self.astray), "must be in [0, 1]")?;
         count("validation_runs", self.validation_runs, 1..=1_000_000)?;

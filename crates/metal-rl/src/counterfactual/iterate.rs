@@ -1,11 +1,12 @@
 //! The iterations: drive, judge, fit, test on a validation stream, and keep the best student.
 
 use self::diary::{Iterate, best, finalists};
+use self::dismissal::Dismissal;
 use self::purse::Purse;
 use self::trial::{Spread, Tally, trial};
 use super::config::{CounterfactualConfig, Inputs};
 use super::fit::{fit, scale};
-use super::judge::{Drive, Judge, Judged, Labels, Workers};
+use super::judge::{Judge, Judged, Labels, Workers};
 use super::student::recollection::Lesson;
 use super::student::rule::{LookRule, UnknownMember};
 use super::student::units::Units;
@@ -20,11 +21,12 @@ use crate::phase::{Budget, Phase};
 use crate::policies::Counterfactual;
 use crate::policy::Ear;
 use crate::random::Streams;
-use crate::set::IndexSet;
 use crate::view::Scaling;
 use std::collections::VecDeque;
 
+mod astray;
 pub mod diary;
+mod dismissal;
 mod pause;
 pub(in crate::counterfactual) mod purse;
 pub(in crate::counterfactual) mod trial;
@@ -147,7 +149,7 @@ pub fn iterate_term(
         spread: Spread::default(),
         held: 0,
         stray: None,
-        asked: Vec::new(),
+        dismissal: Dismissal::default(),
         since: 0,
         streams: *streams,
     };
@@ -189,8 +191,7 @@ struct Course<'a> {
     held: usize,
     /// The last iterate, if it was given up.
     stray: Option<Student>,
-    /// Looks at each slot in the tests of all iterates at full price.
-    asked: Vec<usize>,
+    dismissal: Dismissal,
     /// The first iteration that later ones are compared with: those before it could ask members that were dismissed.
     since: usize,
     streams: Streams,
@@ -249,58 +250,13 @@ impl Course<'_> {
             runs,
             error: if config.thrifty { self.spread.error(runs) } else { 0.0 },
         });
-        if price_share >= 1.0 {
-            self.dismiss(&tally.asked, iteration);
+        if price_share >= 1.0 && self.dismissal.after(iteration, &tally.asked, &mut self.student) {
+            if let Some(stray) = &mut self.stray {
+                stray.keep(self.student.kept());
+            }
+            self.since = self.diary.len();
         }
         Ok(())
-    }
-
-    /// The student drives; if the last iterate was given up for it, that one drives a part of the way, and the student is
-    /// asked what it would do there: where the next one like that will go astray, too, is known then.
-    fn drive(
-        &mut self,
-        school: &mut School<'_>,
-        phase: &Phase,
-        (own_steps, price_share): (usize, f64),
-        observer: &mut dyn Observer,
-    ) -> Result<Labels, CounterfactualError> {
-        let config = self.student.config();
-        let at = (self.next, config.iterations);
-        let limit = drive_limit(at, config.first_drives, school.environment.spec().horizon);
-        // What the other one recollects or has appointed means nothing to the student.
-        let strange = config.memory.recurrent > 0 || self.student.rule().appoints();
-        let share = if strange { 0.0 } else { config.astray };
-        let astray = self.stray.as_ref().map_or(0, |_| (own_steps as f64 * share) as usize);
-        let stray = self.stray.as_ref().unwrap_or(&self.student);
-        let streams = self.streams.nth(self.next as u64);
-        let mut all = Labels::default();
-        for (driver, steps, name) in [(&self.student, own_steps - astray, "drive"), (stray, astray, "astray")]
-        {
-            if steps > 0 {
-                let (phase, streams) = (own_drive(phase, at, steps), streams.child(name));
-                let drive = Drive { student: &self.student, driver, phase, limit, price_share, streams };
-                let labels = self.judge.labels(school, &drive, observer)?;
-                all.add(labels);
-            }
-        }
-        Ok(all)
-    }
-
-    /// When it is time, whoever was hardly asked since looks cost their full price is dismissed. What was possible with
-    /// them is no measure any more for what comes.
-    fn dismiss(&mut self, asked: &[usize], iteration: usize) {
-        self.asked.resize(asked.len(), 0);
-        self.asked.iter_mut().zip(asked).for_each(|(all, now)| *all += now);
-        let (config, before) = (self.student.config(), self.student.kept());
-        let kept = kept(&self.asked, before, config.dismissal);
-        if iteration != config.dismissed_after() || iteration + 1 == config.iterations || kept == before {
-            return;
-        }
-        self.student.keep(kept);
-        if let Some(stray) = &mut self.stray {
-            stray.keep(kept);
-        }
-        self.since = self.diary.len();
     }
 
     /// The share of its price that a look costs: by the clock, or by how often the student kept up.
@@ -315,28 +271,6 @@ impl Course<'_> {
         self.window.push_back(lesson);
         while self.window.len() > window {
             self.window.pop_front();
-        }
-    }
-
-    fn note(&mut self, iterate: Iterate) {
-        self.diary.push(iterate);
-        self.past.push(self.student.clone());
-        self.stray = None;
-        // Who looks at everybody tells nothing about how good the same student's own looks are.
-        let since = self.since.max(self.student.config().wide_eyed_iterations());
-        if self.diary.len() <= since {
-            return;
-        }
-        let share = iterate.price_share;
-        let best = since + best(&self.diary[since..], share);
-        if iterate.is_worse_than(&self.diary[best], share, self.student.config().tolerance) {
-            self.stray = Some(std::mem::replace(&mut self.student, self.past[best].clone()));
-            if self.student.config().thrifty {
-                // What comes after the best was judged for students that were given up.
-                self.window.retain(|lesson| lesson.iteration <= best + 1);
-            }
-        } else {
-            self.held += 1;
         }
     }
 
@@ -392,17 +326,6 @@ pub fn price_share(iteration: usize, (free, ramp): (usize, usize)) -> f64 {
     }
 }
 
-/// The slots among `before` that were `asked` often enough, or most; all, if nobody was.
-fn kept(asked: &[usize], before: IndexSet, least: f64) -> IndexSet {
-    let most = before.iter().map(|slot| asked[slot]).max().unwrap_or(0);
-    if most == 0 {
-        return before;
-    }
-    let all = asked.iter().sum::<usize>() as f64;
-    let enough = |&slot: &usize| asked[slot] == most || asked[slot] as f64 >= least * all;
-    before.iter().filter(enough).collect()
-}
-
 /// Motor steps after which own drives begin anew: from `first` to `horizon` over the first half of all iterations.
 fn drive_limit((iteration, iterations): (usize, usize), first: usize, horizon: usize) -> usize {
     let half = (iterations / 2).max(1);
@@ -436,6 +359,7 @@ fn own_drive(phase: &Phase, (iteration, iterations): (usize, usize), steps: usiz
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::set::IndexSet;
 
     #[test]
     fn the_price_rises_from_nothing_to_all_of_it() {
@@ -443,15 +367,6 @@ mod tests {
         assert_eq!(shares, [0.0, 0.0, 0.0, 0.25, 0.5, 0.75, 1.0, 1.0]);
         assert_eq!(price_share(0, (0, 0)), 1.0);
         assert_eq!(price_share(0, (1, 0)), 0.0);
-    }
-
-    #[test]
-    fn who_is_hardly_asked_is_dismissed() {
-        let all = IndexSet::first(3);
-        assert_eq!(kept(&[90, 9, 1], all, 0.05), IndexSet::first(2));
-        assert_eq!(kept(&[90, 9, 1], all.without(1), 0.0), all.without(1));
-        assert_eq!(kept(&[0, 0, 0], all, 0.05), all);
-        assert_eq!(kept(&[30, 30, 40], all, 0.5), IndexSet::EMPTY.with(2), "somebody has to stay");
     }
 
     #[test]

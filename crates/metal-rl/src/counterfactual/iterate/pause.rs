@@ -2,6 +2,7 @@
 
 use super::{Course, Lesson};
 use crate::counterfactual::iterate::diary::Iterate;
+use crate::counterfactual::iterate::dismissal::Dismissal;
 use crate::counterfactual::iterate::purse::Spent;
 use crate::counterfactual::iterate::trial::Spread;
 use crate::counterfactual::judge::Judged;
@@ -37,7 +38,7 @@ struct Notes<'a> {
     spread: Spread,
     held: usize,
     stray: Option<Vec<u8>>,
-    asked: Cow<'a, [usize]>,
+    dismissal: Cow<'a, Dismissal>,
     since: usize,
 }
 
@@ -55,7 +56,7 @@ impl Course<'_> {
             spread: self.spread,
             held: self.held,
             stray: self.stray.as_ref().map(Student::freeze),
-            asked: Cow::Borrowed(&self.asked),
+            dismissal: Cow::Borrowed(&self.dismissal),
             since: self.since,
         };
         frozen::seal(NAME, &notes)
@@ -78,7 +79,7 @@ impl Course<'_> {
             && notes.next <= config.iterations
             && notes.diary.len() == self.past.len()
             && notes.since <= notes.diary.len()
-            && (notes.asked.is_empty() || notes.asked.len() == self.student.layout().slots())
+            && notes.dismissal.fits(self.student.layout().slots())
             && notes.window.len() <= config.window
             && notes.window.iter().all(|lesson| lesson.fits(self.student.layout()))
             && labels.all(|judged| fits(judged, &self.student));
@@ -87,7 +88,7 @@ impl Course<'_> {
         }
         (self.next, self.held, self.spread) = (notes.next, notes.held, notes.spread);
         (self.window, self.diary) = (notes.window.into_owned(), notes.diary.into_owned());
-        (self.asked, self.since) = (notes.asked.into_owned(), notes.since);
+        (self.dismissal, self.since) = (notes.dismissal.into_owned(), notes.since);
         self.purse.set_spent(notes.spent);
         Ok(())
     }

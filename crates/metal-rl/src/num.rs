@@ -12,9 +12,16 @@ pub fn exp(x: f64) -> f64 {
     libm::exp(x)
 }
 
+/// a b + c in one rounding, everywhere the same bits. Only for loops that are compiled for processors with an instruction for
+/// it (`multiversion`): elsewhere it is slow.
+#[inline(always)]
+#[allow(clippy::disallowed_methods)]
+pub(crate) fn fused(a: f64, b: f64, c: f64) -> f64 {
+    a.mul_add(b, c)
+}
+
 /// e to the power `x`, −700 ≤ x ≤ 0, within 2 units of the last place: without branches, so that a loop over it becomes
-/// vectors, and with fused operations, which are exact by IEEE 754 too. Only for loops compiled for processors that have
-/// these (`multiversion`): elsewhere they are slow.
+/// vectors. For the same loops as [`fused`].
 ///
 /// # Formula
 /// eˣ = 2ᵏ Σᵢ rⁱ/i!,  i = 0 … 12,  k = x/ln 2 to the nearest whole number,  r = x − k ln 2
@@ -40,12 +47,10 @@ pub(crate) fn exp_of_negative(x: f64) -> f64 {
         1.0,
         1.0,
     ];
-    let shifted = x.mul_add(std::f64::consts::LOG2_E, ROUND);
+    let shifted = fused(x, std::f64::consts::LOG2_E, ROUND);
     let k = shifted - ROUND;
-    let r = k.mul_add(-LN_2_LOW, k.mul_add(-LN_2_HIGH, x));
-    let [a, b, c, d, e, f, g, h, i, j, k, l, m] = SERIES;
-    let high = a.mul_add(r, b).mul_add(r, c).mul_add(r, d).mul_add(r, e).mul_add(r, f).mul_add(r, g);
-    let power = high.mul_add(r, h).mul_add(r, i).mul_add(r, j).mul_add(r, k).mul_add(r, l).mul_add(r, m);
+    let r = fused(k, -LN_2_LOW, fused(k, -LN_2_HIGH, x));
+    let power = SERIES[1..].iter().fold(SERIES[0], |power, &next| fused(power, r, next));
     f64::from_bits(power.to_bits().wrapping_add(shifted.to_bits() << 52))
 }
 

@@ -294,7 +294,7 @@ impl CounterfactualConfig {
         let every = ((self.iterations as f64 * self.dismissed_every) as usize).max(1);
         let dear = self.wide_eyed_iterations() + self.price_ramp;
         let first = dear.div_ceil(every).max(1) * every;
-        iteration >= first && iteration % every == 0 && iteration + 1 < self.iterations
+        iteration >= first && iteration.is_multiple_of(every) && iteration + 1 < self.iterations
     }
 
     /// Refuses settings outside their range.

@@ -353,7 +353,7 @@ fn diagonal_distances(means: &[Lane], inverses: &[Lane], s: &[f64]) -> Lane {
     for ((mean, inverse), &x) in means.iter().zip(inverses).zip(s) {
         for lane in 0..LANES {
             let e = x - mean[lane];
-            sum[lane] = (e * inverse[lane]).mul_add(e, sum[lane]);
+            sum[lane] = num::fused(e * inverse[lane], e, sum[lane]);
         }
     }
     sum
@@ -371,12 +371,12 @@ fn full_distances(of: (&[Lane], &[Lane], &[Lane]), s: &[f64], rows: &mut [Lane])
         }
         for (l, z) in factors[at(i, 0)..at(i, i)].iter().zip(&rows[..i]) {
             for lane in 0..LANES {
-                y[lane] = (-l[lane]).mul_add(z[lane], y[lane]);
+                y[lane] = num::fused(-l[lane], z[lane], y[lane]);
             }
         }
         for lane in 0..LANES {
             y[lane] *= inverses[i][lane];
-            sum[lane] = y[lane].mul_add(y[lane], sum[lane]);
+            sum[lane] = num::fused(y[lane], y[lane], sum[lane]);
         }
         rows[i] = y;
     }

@@ -103,10 +103,10 @@ impl Tally {
                 mass[lane] += part[lane];
             }
             for lane in 0..LANES {
-                value[lane] = part[lane].mul_add(facts.value[lane], value[lane]);
+                value[lane] = num::fused(part[lane], facts.value[lane], value[lane]);
             }
             for lane in 0..LANES {
-                success[lane] = facts.success[lane].mul_add(e[lane], success[lane]);
+                success[lane] = num::fused(facts.success[lane], e[lane], success[lane]);
             }
         }
         (self.mass, self.value, self.success) = (mass, value, success);
@@ -171,8 +171,8 @@ pub(super) fn responsibilities(of: (&Mixture, &Frame, &[f64]), scan: &Scan, work
         mixture.to_log_densities(frame, block.clone(), rho);
         to_densities(rho, scan.reference);
         for ((rho, d2), facts) in rho.iter_mut().zip(&distances).zip(&mixture.facts[block]) {
-            for lane in 0..LANES {
-                rho[lane] *= facts.weight(frame, lane) / scan.mass;
+            for (lane, rho) in rho.iter_mut().enumerate() {
+                *rho *= facts.weight(frame, lane) / scan.mass;
             }
             work.push((*rho, *d2));
         }

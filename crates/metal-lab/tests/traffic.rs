@@ -6,7 +6,7 @@ use metal_lab::{registry, traffic};
 use metal_rl::environment::Environment;
 use metal_rl::random::Rng;
 use metal_worlds::highway::road::BORDER_M;
-use metal_worlds::highway::{Driver, HighwayConfig, RoadSet, Scenario, Steering};
+use metal_worlds::highway::{HighwayConfig, RoadSet, Scenario, Steering};
 
 #[test]
 fn the_red_cars_stay_on_roads_they_have_never_seen() {

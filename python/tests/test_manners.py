@@ -15,7 +15,9 @@ LONG = "import metal_rl; print('on', flush=True); metal_rl.learn(metal_rl.BuiltI
 
 
 def test_ctrl_c_is_heard():
-    worker = subprocess.Popen([sys.executable, "-c", LONG], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    # As in a terminal: children of a shell's background jobs begin with the signal ignored.
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    worker = subprocess.Popen([sys.executable, "-c", heard + LONG], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert worker.stdout.readline() == "on\n"
     time.sleep(0.5)
     worker.send_signal(signal.SIGINT)

@@ -277,6 +277,8 @@ mod tests {
     use crate::environment::{EnvironmentSpec, Feature, Outcome, SensorSpec};
     use crate::learners::{LearnerConfig, TileConfig};
     use crate::member::Member;
+    use crate::observe::Unobserved;
+    use crate::phase::{Budget, Phase};
     use crate::random::Streams;
     use crate::view::{Scaling, View};
     use std::sync::{Arc, Mutex};
@@ -335,6 +337,17 @@ mod tests {
         judged_by_chance(rule, memory, 4)
     }
 
+    /// Somebody who sees one sensor.
+    fn member(world: &Counter, sensor: usize) -> Member {
+        Member {
+            name: format!("m{sensor}"),
+            view: View::new(&world.spec, &[sensor]),
+            learner: LearnerConfig::Tile(TileConfig::default())
+                .build(crate::learner::Dims { inputs: 1, choices: 2 }, 0)
+                .unwrap(),
+        }
+    }
+
     fn judged_by_chance(
         rule: Rule,
         memory: MemoryConfig,
@@ -350,15 +363,7 @@ mod tests {
             ..CounterfactualConfig::default()
         };
         let world = world();
-        let members: Vec<Member> = (0..3)
-            .map(|s| Member {
-                name: format!("m{s}"),
-                view: View::new(&world.spec, &[s]),
-                learner: LearnerConfig::Tile(TileConfig::default())
-                    .build(crate::learner::Dims { inputs: 1, choices: 2 }, 0)
-                    .unwrap(),
-            })
-            .collect();
+        let members: Vec<Member> = (0..3).map(|sensor| member(&world, sensor)).collect();
         let shape = StudentShape { blocks: vec![1; 3], prices: vec![1.0, 2.0, 3.0], actions: 2, rule };
         let student = Student::new(&config, &shape, &Streams::new(1)).unwrap();
         let mut gaze = Gaze::new(student.layout());
@@ -406,6 +411,44 @@ mod tests {
         assert_eq!(steps, 2 + judged.stops.len() - 1);
         assert_eq!(looks.iter().filter(|(time, _)| *time == 0).count(), 3);
         assert!(!judged.stop(IndexSet::first(3), 0).1);
+    }
+
+    #[test]
+    fn whoever_drives_the_students_future_is_judged() {
+        let world = world();
+        let config = CounterfactualConfig {
+            horizon: 1,
+            gamma: 0.5,
+            bootstrap: false,
+            judged: 1.0,
+            ..CounterfactualConfig::default()
+        };
+        // One looks at the third slot before every move, the other one at the first.
+        let [student, driver] = [2, 0].map(|slot| {
+            let rule = Rule::Scheduled { slots: IndexSet::EMPTY.with(slot), every: 1 };
+            let shape = StudentShape { blocks: vec![1; 3], prices: vec![1.0, 2.0, 3.0], actions: 2, rule };
+            Student::new(&config, &shape, &Streams::new(1)).unwrap()
+        });
+        let mut members: Vec<Member> = (0..3).map(|sensor| member(&world, sensor)).collect();
+        let mut school = School {
+            environment: &mut world.clone(),
+            validation: &mut world.clone(),
+            members: &mut members,
+            roster: vec![0, 1, 2],
+            scaling: Scaling::Linear,
+            workers: &Alone,
+            interrupted: &|| false,
+            ear: &mut |_| {},
+        };
+        let phase = Phase { budget: Budget::Steps(5), ..Phase::evaluation("drive", IndexSet::first(3), 0) };
+        let streams = Streams::new(2);
+        let drive = Drive { student: &student, driver: &driver, phase, limit: 5, price_share: 1.0, streams };
+        let labels = RollOuts { workers: &Alone }.labels(&mut school, &drive, &mut Unobserved).unwrap();
+        assert_eq!(labels.judged.len(), 5);
+        for judged in &labels.judged {
+            assert_eq!(judged.looks, IndexSet::EMPTY.with(0), "where the driver went");
+            assert_eq!(judged.value, -1.5, "γ times the price of the student's next look");
+        }
     }
 
     #[test]

@@ -174,6 +174,45 @@ fn a_red_car_sees_red_cars_as_red_and_the_learner_as_black() {
 }
 
 #[test]
+fn copies_of_a_world_drive_alike_whether_or_not_red_cars_remember_what_they_decided() {
+    /// Steers by what it sees.
+    struct ByColour {
+        asked_each_time: bool,
+    }
+    impl Driver for ByColour {
+        fn drive(&self, vision: &[f64; VISION]) -> usize {
+            (vision.iter().zip(1..).map(|(share, k)| share * f64::from(k)).sum::<f64>() * 100.0) as usize % 5
+        }
+        fn decides_by_sight(&self) -> bool {
+            !self.asked_each_time
+        }
+    }
+    fn drive_both(one: &mut Highway, other: &mut Highway, action: usize) {
+        let rewards = [&mut *one, other].map(|world| world.step(action).unwrap().motor_reward);
+        assert_eq!(rewards[0], rewards[1]);
+        assert_eq!((one.learner(), one.cars()), (other.learner(), other.cars()));
+    }
+    let [mut remembers, mut thinks] = [false, true].map(|asked_each_time| {
+        let steering = Steering::Mind(Arc::new(ByColour { asked_each_time }));
+        Highway::on_roads(HighwayConfig::default(), WORLD.grounds(), steering)
+    });
+    for seed in 0..12 {
+        remembers.reset(seed).unwrap();
+        thinks.reset(seed).unwrap();
+        for step in 0..20 {
+            // Every action from here, as somebody who judges them does.
+            for action in 0..5 {
+                let (mut one, mut other) = (remembers.clone(), thinks.clone());
+                for k in 0..4 {
+                    drive_both(&mut one, &mut other, (action + k) % 5);
+                }
+            }
+            drive_both(&mut remembers, &mut thinks, step % 5);
+        }
+    }
+}
+
+#[test]
 fn the_expert_drives_without_accident_and_almost_free() {
     for scenario in Scenario::ALL {
         let mut world = world(|config| config.scenario = scenario);

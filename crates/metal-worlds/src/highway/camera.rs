@@ -167,6 +167,14 @@ struct Wedge {
     reach_m: f64,
 }
 
+/// Where the lens is on the plane, in metres, and where it points.
+struct Frame {
+    x_m: f64,
+    y_m: f64,
+    sin: f64,
+    cos: f64,
+}
+
 /// What there is to see as the lens has it: all other bodies, nearest first.
 struct Eye {
     lens: Lens,
@@ -235,6 +243,15 @@ impl Camera {
         patch.count_from(&Eye::of(scene), scene.ground)
     }
 
+    /// The bodies of a scene, in their order, that any region may show; surely none shows one that is `None`.
+    pub fn bodies_in_sight<'a>(&self, scene: &Scene<'a>) -> impl Iterator<Item = Option<&'a Obstacle>> {
+        let frame = Frame::of(&scene.eye);
+        scene.obstacles.iter().map(move |body| {
+            let visible = frame.see(body);
+            self.regions.iter().any(|region| region.wedge.may_show(&visible)).then_some(body)
+        })
+    }
+
     /// The same of all regions, in their order.
     #[must_use]
     pub fn count_all(&self, scene: &Scene) -> [[u32; 4]; 6] {
@@ -269,20 +286,31 @@ impl Patch {
     }
 }
 
+impl Frame {
+    fn of(eye: &Pose) -> Self {
+        let (sin, cos) = num::sin_cos(eye.heading_rad);
+        Self { x_m: eye.x_m + AHEAD_M * cos, y_m: eye.y_m + AHEAD_M * sin, sin, cos }
+    }
+
+    fn see(&self, body: &Obstacle) -> Visible {
+        let Self { sin, cos, .. } = self;
+        let (dx, dy) = (body.x_m - self.x_m, body.y_m - self.y_m);
+        let (ahead, left) = (dx * cos + dy * sin, dy * cos - dx * sin);
+        Visible { ahead, left, material: body.material }
+    }
+}
+
 impl Eye {
     fn of(scene: &Scene) -> Self {
-        let (sin, cos) = num::sin_cos(scene.eye.heading_rad);
-        let [x, y] = [scene.eye.x_m + AHEAD_M * cos, scene.eye.y_m + AHEAD_M * sin];
-        let [column, row] = scene.ground.cell_of(x, y);
+        let frame = Frame::of(&scene.eye);
+        let [column, row] = scene.ground.cell_of(frame.x_m, frame.y_m);
         let (mut bodies, count) = ([Visible::NONE; MAX_OBSTACLES], scene.obstacles.len());
         for (body, obstacle) in bodies.iter_mut().zip(scene.obstacles) {
-            let (dx, dy) = (obstacle.x_m - x, obstacle.y_m - y);
-            let (ahead, left) = (dx * cos + dy * sin, dy * cos - dx * sin);
-            *body = Visible { ahead, left, material: obstacle.material };
+            *body = frame.see(obstacle);
         }
         // Equal discs that do not overlap: along any ray the one with the nearer centre comes first.
         bodies[..count].sort_by(|a, b| a.distance2().total_cmp(&b.distance2()));
-        Self { lens: Lens { column, row, sin, cos }, bodies, count }
+        Self { lens: Lens { column, row, sin: frame.sin, cos: frame.cos }, bodies, count }
     }
 
     /// The bodies that some ray of a wedge may meet, so that nearer ones are put before farther ones.
@@ -439,6 +467,23 @@ mod tests {
                 let mut counts = [0; 4];
                 CAMERA.render(&scene, region.window(), |_, material| counts[material.class() as usize] += 1);
                 prop_assert_eq!(counted, counts);
+            }
+        }
+
+        #[test]
+        fn a_body_out_of_sight_changes_nothing_and_one_in_a_picture_is_in_sight(
+            x in -1.5..1.5, y in -1.0..1.0, heading in -3.1..3.1,
+        ) {
+            let eye = Pose { heading_rad: heading, ..Pose::default() };
+            let car = Obstacle { x_m: x, y_m: y, material: Material::RedBody };
+            prop_assume!(num::hypot(x, y) > 2.0 * BODY_RADIUS_M);
+            let scene = Scene { ground: &GROUND, eye, obstacles: &[car] };
+            let in_sight: Vec<_> = CAMERA.bodies_in_sight(&scene).collect();
+            let alone = CAMERA.count_all(&Scene { obstacles: &[], ..scene });
+            if in_sight == [None] {
+                prop_assert_eq!(CAMERA.count_all(&scene), alone);
+            } else {
+                prop_assert_eq!(in_sight, [Some(&car)]);
             }
         }
 

@@ -9,6 +9,7 @@ pub mod classify;
 mod clearance;
 pub mod collision;
 pub mod config;
+mod decided;
 pub mod expert;
 pub mod ground;
 pub mod infrared;
@@ -38,6 +39,7 @@ pub use task::Task;
 pub use traffic::{Driver, Steering, VISION};
 
 use camera::{COLUMNS, Camera, Obstacle, Patch, ROWS, Region, Scene, Window};
+use decided::{Decided, View};
 use infrared::Infrared;
 use kinematics::{BODY_RADIUS_M, SUBSTEP_SECS, SUBSTEPS, Twist, advance};
 use measures::Touch;
@@ -73,6 +75,7 @@ struct Shared {
     /// The learner's sensors, in the order of the contract.
     senses: Vec<Sense>,
     steering: Steering,
+    decided: Decided,
 }
 
 /// Where the learner is put when the red cars are to drive as if it was not there: no camera sees so far.
@@ -118,6 +121,7 @@ impl Highway {
             camera,
             infrared: Infrared::new(),
             steering,
+            decided: Decided::default(),
         };
         let mut world = Self {
             shared: Arc::new(shared),
@@ -251,9 +255,9 @@ impl Highway {
         }
     }
 
-    /// What a red car sees among `bodies`: other red cars as red, the learner as black. Its camera is always the fast
-    /// path.
-    fn cars_vision(&self, car: usize, bodies: &[Pose; BODIES]) -> [f64; VISION] {
+    /// What a red car does among `bodies`: it sees other red cars as red, the learner as black. Its camera is always
+    /// the fast path.
+    fn cars_choice(&self, car: usize, bodies: &[Pose; BODIES], driver: &dyn Driver) -> MotorAction {
         let mut obstacles = [obstacle(&bodies[0], Material::GreyBody); CARS];
         let mut count = 1;
         for other in (1..self.body_count).filter(|&other| other != car) {
@@ -261,8 +265,20 @@ impl Highway {
             count += 1;
         }
         let scene = Scene { ground: self.ground(), eye: bodies[car], obstacles: &obstacles[..count] };
+        let look_and_think = || MotorAction::ALL[driver.drive(&self.cars_vision(&scene))];
+        if !driver.decides_by_sight() {
+            return look_and_think();
+        }
+        let mut seen = [None; CARS];
+        for (place, in_sight) in seen.iter_mut().zip(self.shared.camera.bodies_in_sight(&scene)) {
+            *place = in_sight.map(|body| [body.x_m, body.y_m]);
+        }
+        self.shared.decided.or_decide(&View::new(self.road, scene.eye, seen), look_and_think)
+    }
+
+    fn cars_vision(&self, scene: &Scene) -> [f64; VISION] {
         let mut vision = [0.0; VISION];
-        let counts = self.shared.camera.count_all(&scene);
+        let counts = self.shared.camera.count_all(scene);
         for ((region, counts), out) in Region::ALL.into_iter().zip(counts).zip(vision.chunks_exact_mut(4)) {
             fractions(counts, region.window(), out);
         }
@@ -272,7 +288,7 @@ impl Highway {
     /// What a red car does for the length of a step that begins with everybody at `bodies`.
     fn cars_twist(&self, car: usize, bodies: &[Pose; BODIES]) -> Twist {
         let choice = match &self.shared.steering {
-            Steering::Mind(driver) => MotorAction::ALL[driver.drive(&self.cars_vision(car, bodies))],
+            Steering::Mind(driver) => self.cars_choice(car, bodies, driver.as_ref()),
             Steering::Scripted => {
                 let mut others = [bodies[car]; CARS];
                 let mut count = 0;

@@ -19,6 +19,12 @@ pub trait Driver: Send + Sync {
     /// shows: regions in the order MN, LN, RN, MF, LF, RF, for each the fractions of black, white, red and green
     /// pixels in [0, 1].
     fn drive(&self, vision: &[f64; VISION]) -> usize;
+
+    /// Whether what it does depends on what it sees and on nothing else: then it need not be asked twice about the same
+    /// sight, and is not.
+    fn decides_by_sight(&self) -> bool {
+        true
+    }
 }
 
 /// Who steers the red cars; reading R45.

@@ -49,6 +49,9 @@ pub enum Command {
     /// Say what the sensors of an experiment allow: the cost of every fixed choice of looks and of looks by need
     #[command(after_help = crate::ceiling::EXAMPLES)]
     Ceiling(crate::ceiling::Request),
+    /// Train attention at other prices of looking, against every fixed choice of sensors
+    #[command(after_help = crate::prices::EXAMPLES)]
+    Prices(crate::prices::Request),
     /// Propose tiny agents: group the raw sensors of an experiment by what a demonstration says about them
     #[command(after_help = crate::partition::EXAMPLES)]
     Partition(crate::partition::Request),

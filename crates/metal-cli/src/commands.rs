@@ -46,6 +46,7 @@ pub fn run(arguments: Arguments) -> anyhow::Result<()> {
             compare(&table, &request.comparing)
         }
         Command::Ceiling(request) => crate::ceiling::run(&request),
+        Command::Prices(request) => crate::prices::run(&request),
         Command::Partition(request) => crate::partition::run(&request),
         Command::Faults(request) => crate::faults::run(&request),
         Command::Aliasing(aliasing) => bound(&aliasing),

@@ -10,6 +10,7 @@ mod commands;
 mod faults;
 mod learn_on;
 mod partition;
+mod prices;
 mod robots;
 mod table;
 mod transfer;

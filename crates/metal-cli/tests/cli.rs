@@ -84,6 +84,7 @@ fn help_texts_teach() {
         "transfer",
         "faults",
         "ceiling",
+        "prices",
         "partition",
     ];
     expect_file!["golden/help.txt"].assert_eq(&output(&["--help"]));
@@ -382,6 +383,87 @@ fn a_table_is_compared() {
     let text = output(&[&priced[..], &BRIEFLY].concat());
     assert!(text.contains("both") && text.contains("always `"), "{text}");
     assert!(complaint(1, &["tabular", file, "--target", "sick"]).contains("known: a, b, ill"));
+}
+
+/// Who of two coordinates to ask in a small maze, by counterfactual policy iteration.
+const MAZE: &str = r#"
+title = "Looks in a maze"
+scaling = "linear"
+
+[environment.maze]
+
+[learner.table.tile]
+
+[member.X]
+sensors = ["X"]
+learner = "table"
+
+[member.Y]
+sensors = ["Y"]
+learner = "table"
+
+[attention.acl.counterfactual]
+looks = { adaptive = { min_looks = 0, max_looks = 2 } }
+memory = { looks = 1, steps = 4, actions = 1 }
+
+[phase.attention]
+roster = ["X", "Y"]
+acting = { attention = "acl" }
+teaching = "nobody"
+rate = "full"
+exploration = { random = { from = 0.5, to = 0.1, until = 0.6 } }
+budget = { steps = 4000 }
+
+[policy.acl]
+after = "attention"
+roster = ["X", "Y"]
+acting = { attention = "acl" }
+
+[subsets]
+like = "attention"
+budget_of = ["attention"]
+among = ["X", "Y/2"]
+screening_share = 0.5
+screening_seeds = 1
+screening_runs = 2
+confirmed = 1
+"#;
+
+#[test]
+fn attention_is_priced_against_fixed_choices() {
+    let folder = temporary("prices");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    let (file, out) = (folder.join("maze.toml"), folder.join("out"));
+    std::fs::write(&file, MAZE).unwrap();
+    let (file, out) = (file.to_str().unwrap(), out.to_str().unwrap());
+    let quick = ["prices", file, "--quick", "--factors", "0,1,50", "--threads", "1"];
+    let text = output(&[&quick[..], &["--out", out]].concat());
+    for wanted in
+        ["| prices × |", "| 50 |", "| Y/2 |", "| X+Y |", "Saved of what the best fixed choice costs"]
+    {
+        assert!(text.contains(wanted), "{wanted} is missing in\n{text}");
+    }
+    let read = |name: &str| std::fs::read_to_string(folder.join("out").join(name)).unwrap();
+    assert_eq!(read("prices.md"), text);
+    let report: Value = serde_json::from_str(&read("prices.json")).unwrap();
+    let free = &report["prices"][0];
+    assert_eq!((&free["factor"], &free["attention"]["price"]["mean"]), (&0.0.into(), &0.0.into()));
+    assert_eq!(report["fixed"].as_array().unwrap().len(), 3);
+    assert!(
+        ["motor", "total", "looks"]
+            .iter()
+            .all(|name| read(&format!("prices-{name}.svg")).starts_with("<svg"))
+    );
+    assert_eq!(output(&[&quick[..5], &["--threads", "2"]].concat()), text);
+    let again = complaint(1, &[&quick[..], &["--out", out]].concat());
+    assert!(again.contains("prices.json: exists; replace it with --force"), "{again}");
+    let said = |more: &[&str]| complaint(1, &[&quick[..5], more].concat());
+    assert!(
+        complaint(1, &["prices", file, "--factors", "2,1"]).contains("factors: [2.0, 1.0]: at least one")
+    );
+    assert!(said(&["--rivals", "z"]).contains("rivals: unknown sensor `z`; known: X, Y"));
+    assert!(complaint(1, &["prices", &toy()]).contains("subsets"));
 }
 
 #[test]

@@ -10,13 +10,12 @@
 #![expect(clippy::print_stdout, reason = "a program that prints")]
 
 use metal_lab::evaluate::{Candidate, Course, watch};
-use metal_lab::mind::Mind;
 use metal_lab::plan::{self, Plan};
 use metal_lab::progress::Silent;
 use metal_lab::registry::Roads;
 use metal_lab::reproduce::seed_streams;
 use metal_lab::reproduce::subsets::{Rival, train_subset};
-use metal_lab::train::{Trained, train_phase};
+use metal_lab::train::{Trained, train_up_to};
 use metal_rl::observe::{Observer, Step};
 use metal_rl::random::Streams;
 use std::error::Error;
@@ -42,9 +41,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Teaches `pupil`, and shows its diary and its anatomy.
 fn teach(plan: &Plan, pupil: &str, streams: &Streams) -> Result<(), Box<dyn Error>> {
     if pupil == "adaptive" {
-        let trained = attention(plan, streams)?;
+        let phase = plan.file.phase.get("attention").ok_or("the file has no phase `attention`")?;
+        let trained = train_up_to(plan, "attention", streams, &Silent)?;
         print(&trained);
-        let phase = &plan.file.phase["attention"];
         let roster = plan.roster(&phase.roster);
         let candidate = Candidate { plan, mind: &trained.mind, acting: &phase.acting, roster, blind: 0 };
         return dissect(&candidate, streams);
@@ -54,21 +53,6 @@ fn teach(plan: &Plan, pupil: &str, streams: &Streams) -> Result<(), Box<dyn Erro
         train_subset(plan, rows, (Rival::parse(plan, "whom to teach", pupil)?, 1.0), streams, &Silent)?;
     print(&subset.trained);
     dissect(&subset.candidate(), streams)
-}
-
-/// The phase `attention`, and before it only those it starts from.
-fn attention(plan: &Plan, streams: &Streams) -> Result<Trained, Box<dyn Error>> {
-    let mut chain = vec!["attention"];
-    let mut at = plan.file.phase.get("attention").ok_or("the file has no phase `attention`")?;
-    while let Some(before) = at.after.as_deref() {
-        chain.push(before);
-        at = &plan.file.phase[before];
-    }
-    let mut mind = Mind::newborn(plan, streams)?;
-    while chain.len() > 1 {
-        mind = train_phase(plan, chain.pop().unwrap_or_default(), mind, streams, &Silent)?.mind;
-    }
-    Ok(train_phase(plan, chain[0], mind, streams, &Silent)?)
 }
 
 fn print(trained: &Trained) {

@@ -20,6 +20,7 @@ const ENTRIES: &[(&str, &str, &str)] = &[
     ("environment", "cube", "Cube-v0: classification with 20 features that cost"),
     ("environment", "cube_nm", "CubeNM-v0: the same in five contexts; which one, must be bought, too"),
     ("environment", "faulty", "any of these behind sensors that fail (`faults`), e.g. { dead, rate = 0.25 }"),
+    ("environment", "priced", "any of these with looks at `factor` times their price"),
     ("environment", "replay", "a recording (`file`), of a simulation or a robot; it goes its own way"),
     (
         "learner",

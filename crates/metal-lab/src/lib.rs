@@ -37,6 +37,7 @@ pub mod progress;
 pub mod bench;
 pub mod ceiling;
 pub mod partition;
+pub mod prices;
 pub mod task;
 
 pub use metal_rl::measure::aliasing::bound as aliasing_bound;

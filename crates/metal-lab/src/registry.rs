@@ -12,6 +12,7 @@ use metal_worlds::highway::{
 };
 use metal_worlds::maze::{Maze, MazeConfig};
 use metal_worlds::miniature::{self, Eye, MOST_OBSTACLES, Miniature, MiniatureConfig, Wheels};
+use metal_worlds::priced::Priced;
 use metal_worlds::puddle::{Puddle, PuddleConfig};
 use metal_worlds::tabular::{CubeConfig, CubeNmConfig, Data, Tabular, Verdict, cube, cube_nm};
 use metal_worlds::toy::Toy;
@@ -44,6 +45,8 @@ pub enum EnvironmentConfig {
     CubeNm(CubeNmConfig),
     /// Any of these behind sensors that fail.
     Faulty(FaultyConfig),
+    /// Any of these at other prices of looking.
+    Priced(PricedConfig),
     /// A recording (MCAP), of a simulation or of a robot.
     Replay(ReplayConfig),
 }
@@ -64,6 +67,16 @@ pub struct FaultyConfig {
     pub world: Box<EnvironmentConfig>,
     /// What is wrong.
     pub faults: Faults,
+}
+
+/// A world whose looks cost more, or less.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PricedConfig {
+    /// The world itself.
+    pub world: Box<EnvironmentConfig>,
+    /// What every price is multiplied by, finite, ≥ 0.
+    pub factor: f64,
 }
 
 /// A world without settings.
@@ -112,6 +125,7 @@ impl EnvironmentConfig {
                 let broken = Faulty::new(config.world.build()?, config.faults.clone());
                 Box::new(broken.map_err(|e| refuse(format!("faulty.faults.{}", e.field), e.message))?)
             }
+            Self::Priced(config) => Box::new(Priced::new(config.world.build()?, config.factor)),
         })
     }
 
@@ -138,23 +152,45 @@ impl EnvironmentConfig {
                 }
                 Err(refuse("cube_nm.contexts", format!("{}: 2 to 5", c.contexts)))
             }
-            // Its world is checked when it is built, and must not be another one of its kind: files nest as deep as
-            // somebody types.
+            // Their worlds are checked when they are built. Files nest as deep as somebody types, worlds do not.
             Self::Faulty(config) if matches!(*config.world, Self::Faulty(_)) => {
                 Err(refuse("faulty.world", "faulty: faults of faults are not to be had"))
             }
+            Self::Priced(config) if config.world.behind().is_some() => {
+                Err(refuse("priced.world", "a world itself, not one behind faults or other prices"))
+            }
+            Self::Priced(config) => check_prices("priced.factor", &[config.factor]),
             Self::Maze(_) | Self::Toy(_) | Self::Faulty(_) | Self::Replay(_) => Ok(()),
+        }
+    }
+
+    /// The world behind faults or other prices.
+    fn behind(&self) -> Option<&Self> {
+        match self {
+            Self::Faulty(config) => Some(&config.world),
+            Self::Priced(config) => Some(&config.world),
+            _ => None,
+        }
+    }
+
+    /// The same, to be changed: itself if nothing is in front of it.
+    fn innermost_mut(&mut self) -> &mut Self {
+        match self {
+            Self::Faulty(FaultyConfig { world, .. }) | Self::Priced(PricedConfig { world, .. }) => {
+                world.innermost_mut()
+            }
+            itself => itself,
         }
     }
 
     /// Names of its scenarios, the one of learning first.
     #[must_use]
     pub fn scenarios(&self) -> Vec<String> {
-        match self {
-            Self::Highway(_) | Self::HighwayScripted(_) => {
+        match (self, self.behind()) {
+            (_, Some(world)) => world.scenarios(),
+            (Self::Highway(_) | Self::HighwayScripted(_), _) => {
                 Scenario::ALL.iter().map(|s| s.name().to_owned()).collect()
             }
-            Self::Faulty(config) => config.world.scenarios(),
             _ => vec![ONLY.to_owned()],
         }
     }
@@ -162,20 +198,18 @@ impl EnvironmentConfig {
     /// The scenario that is learned in.
     #[must_use]
     pub fn training_scenario(&self) -> String {
-        match self {
-            Self::Highway(config) | Self::HighwayScripted(config) => config.scenario.name().to_owned(),
-            Self::Faulty(config) => config.world.training_scenario(),
+        match (self, self.behind()) {
+            (_, Some(world)) => world.training_scenario(),
+            (Self::Highway(config) | Self::HighwayScripted(config), _) => config.scenario.name().to_owned(),
             _ => ONLY.to_owned(),
         }
     }
 
     /// Switches the scenario, where there are several and `name` is one of them.
     pub fn set_scenario(&mut self, name: &str) {
-        if let Self::Faulty(config) = self {
-            return config.world.set_scenario(name);
-        }
         let known = Scenario::ALL.iter().find(|s| s.name() == name);
-        if let (Self::Highway(config) | Self::HighwayScripted(config), Some(scenario)) = (self, known) {
+        let world = self.innermost_mut();
+        if let (Self::Highway(config) | Self::HighwayScripted(config), Some(scenario)) = (world, known) {
             config.scenario = *scenario;
         }
     }
@@ -190,12 +224,22 @@ impl EnvironmentConfig {
         Self::Faulty(FaultyConfig { world, faults })
     }
 
+    /// The same world with looks at `factor` times their price.
+    #[must_use]
+    pub fn at_prices(self, factor: f64) -> Self {
+        match self {
+            Self::Priced(config) => Self::Priced(PricedConfig { factor: config.factor * factor, ..config }),
+            Self::Faulty(config) => {
+                let world = Box::new(config.world.at_prices(factor));
+                Self::Faulty(FaultyConfig { world, ..config })
+            }
+            world => Self::Priced(PricedConfig { world: Box::new(world), factor }),
+        }
+    }
+
     /// Moves to other roads, where there are roads.
     pub fn set_roads(&mut self, roads: &RoadSet) {
-        if let Self::Faulty(config) = self {
-            return config.world.set_roads(roads);
-        }
-        if let Self::Highway(config) | Self::HighwayScripted(config) = self {
+        if let Self::Highway(config) | Self::HighwayScripted(config) = self.innermost_mut() {
             config.roads = roads.clone();
         }
     }
@@ -213,11 +257,11 @@ impl EnvironmentConfig {
     /// The kinds of roads a full test drives on.
     #[must_use]
     pub fn road_sets(&self) -> Vec<RoadSet> {
-        match self {
-            Self::Highway(_) | Self::HighwayScripted(_) => {
+        match (self, self.behind()) {
+            (_, Some(world)) => world.road_sets(),
+            (Self::Highway(_) | Self::HighwayScripted(_), _) => {
                 vec![RoadSet::Training, RoadSet::Validation, RoadSet::Test]
             }
-            Self::Faulty(config) => config.world.road_sets(),
             _ => vec![RoadSet::Training],
         }
     }

@@ -121,6 +121,23 @@ fn branch(grove: &Grove<'_>, names: &[&str], parent: &Mind) -> Result<(), RunErr
     })
 }
 
+/// Trains phase `name` from newborn minds, and before it only those that it starts from.
+///
+/// # Errors
+/// As [`train_phase`].
+pub fn train_up_to(
+    plan: &Plan,
+    name: &str,
+    streams: &Streams,
+    progress: &dyn Progress,
+) -> Result<Trained, RunError> {
+    let mind = match plan.file.phase[name].after.as_deref() {
+        Some(before) => train_up_to(plan, before, streams, progress)?.mind,
+        None => Mind::newborn(plan, streams)?,
+    };
+    train_phase(plan, name, mind, streams, progress)
+}
+
 /// Runs one phase from the minds `mind`.
 ///
 /// # Errors

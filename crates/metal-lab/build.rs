@@ -12,6 +12,10 @@ fn main() {
     println!("cargo:rerun-if-changed=../../.git/HEAD");
     println!("cargo:rerun-if-changed=../../.git/logs/HEAD");
     println!("cargo:rerun-if-changed=build.rs");
+    // Whether the tree is as it was committed changes with every source, not only with commits.
+    for source in ["src", "assets", "../metal-rl/src", "../metal-worlds/src", "../metal-recording/src"] {
+        println!("cargo:rerun-if-changed={source}");
+    }
 }
 
 /// First line a program prints, or `unknown` where there is no such program.

@@ -27,7 +27,7 @@ pub struct Request {
     /// The experiment file
     file: PathBuf,
     /// What prices of looks are multiplied by, from below to above
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = PricesOptions::default().factors)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0,0.25,0.5,1,2,4,8")]
     factors: Vec<f64>,
     /// Fixed choices, as in `MN+MF` or `RN/2` (every second motor step); those of the file if none is given. All sensors
     /// always take part

@@ -44,7 +44,7 @@ fn straight(report: &PricesReport, height: impl Fn(f64) -> f64) -> Vec<LinePoint
 }
 
 /// Those that are the best somewhere, and all sensors: the others would hide them.
-fn worth_drawing<'r>(report: &'r PricesReport) -> impl Iterator<Item = &'r Row> {
+fn worth_drawing(report: &PricesReport) -> impl Iterator<Item = &Row> {
     let last = report.fixed.len().saturating_sub(1);
     let best = |row: &Row| report.prices.iter().any(|at| at.best == row.name);
     report.fixed.iter().enumerate().filter(move |(i, row)| *i == last || best(row)).map(|(_, row)| row)

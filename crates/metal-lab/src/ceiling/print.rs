@@ -1,8 +1,8 @@
 //! The report as Markdown, for a terminal and for a page.
 
 use super::{CeilingReport, Line};
+use crate::figures::markdown::{banded, row, table};
 use crate::figures::number;
-use metal_rl::measure::statistics::Estimate;
 use std::fmt::Write;
 
 /// All tables.
@@ -20,23 +20,8 @@ pub fn text(report: &CeilingReport) -> String {
     out
 }
 
-fn row(out: &mut String, cells: &[String]) {
-    let _ = writeln!(out, "| {} |", cells.join(" | "));
-}
-
-fn table(out: &mut String, title: &str, columns: &[&str]) {
-    let _ = writeln!(out, "\n### {title}\n");
-    row(out, &columns.iter().map(|&c| c.to_owned()).collect::<Vec<_>>());
-    row(out, &vec!["---".to_owned(); columns.len()]);
-}
-
 fn plain(value: f64) -> String {
     number::fixed(value, 2)
-}
-
-fn banded(e: &Estimate) -> String {
-    let band = number::interval(e, 2).map(|i| format!(" {i}")).unwrap_or_default();
-    format!("{}{band}", plain(e.mean))
 }
 
 fn head(out: &mut String, report: &CeilingReport) {

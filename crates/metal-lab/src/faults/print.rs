@@ -1,6 +1,7 @@
 //! The report as Markdown, for a terminal and for a page.
 
 use super::{Cell, FaultReport};
+use crate::figures::markdown::{row, table};
 use crate::figures::policy::short_label;
 use metal_rl::measure::statistics::Estimate;
 use std::fmt::Write;
@@ -21,16 +22,6 @@ pub fn text(report: &FaultReport) -> String {
     comebacks(&mut out, report);
     changes(&mut out, report);
     out
-}
-
-fn row(out: &mut String, cells: &[String]) {
-    let _ = writeln!(out, "| {} |", cells.join(" | "));
-}
-
-fn head(out: &mut String, title: &str, names: &[String]) {
-    let _ = writeln!(out, "\n### {title}\n");
-    row(out, names);
-    row(out, &vec!["---".to_owned(); names.len()]);
 }
 
 fn number(e: &Estimate, digits: usize) -> String {
@@ -56,7 +47,7 @@ fn columns(first: &[&str], report: &FaultReport, what: &[&str]) -> Vec<String> {
 
 fn tested(out: &mut String, report: &FaultReport) {
     let names = columns(&["fault", "rate"], report, &["reward − cost", "accidents %"]);
-    head(out, "Sensors fail in the test only", &names);
+    table(out, "Sensors fail in the test only", &names);
     let mut cases: Vec<(Option<&str>, f64)> = vec![(None, 0.0)];
     for fault in &report.options.faults {
         cases.extend(report.options.rates.iter().map(|&rate| (Some(fault.name()), rate)));
@@ -74,7 +65,7 @@ fn tested(out: &mut String, report: &FaultReport) {
 
 fn trained(out: &mut String, report: &FaultReport) {
     let names = ["trained with", "tested with", "policy", "reward − cost", "accidents %", "looks"];
-    head(out, "Sensors fail in training, too", &names.map(str::to_owned));
+    table(out, "Sensors fail in training, too", &names.map(str::to_owned));
     let training_rate = report.options.training_rate;
     let line = |cell: &Cell| {
         let fault = cell.fault.clone().unwrap_or_default();
@@ -108,7 +99,7 @@ fn comebacks(out: &mut String, report: &FaultReport) {
             comeback.sensors.join(", ")
         );
         let names = ["episodes", "sensor", "looks there", "looks in all", "reward − cost"];
-        head(out, &title, &names.map(str::to_owned));
+        table(out, &title, &names.map(str::to_owned));
         for block in &comeback.blocks {
             let stage = (block.episodes - 1) / report.options.lasting;
             row(
@@ -131,7 +122,7 @@ fn changes(out: &mut String, report: &FaultReport) {
     }
     let title = format!("The world changes (Sec. 6.2); it learns on for {} episodes", report.options.lasting);
     let names = ["change", "policy", "before", "at once", "after learning on", "gain by learning", "expert"];
-    head(out, &title, &names.map(str::to_owned));
+    table(out, &title, &names.map(str::to_owned));
     for c in &report.changes {
         let numbers = [Some(&c.before), Some(&c.at_once), c.adapted.as_ref(), c.gain.as_ref()];
         let mut cells = vec![c.what.clone(), short_label(&c.policy)];

@@ -8,6 +8,7 @@ mod headline;
 mod learning;
 mod look_map;
 mod looks;
+pub mod markdown;
 pub mod number;
 pub mod policy;
 pub mod road;

@@ -1,8 +1,8 @@
 //! The report as Markdown, for a terminal and for a page.
 
 use super::{PricesReport, Row};
+use crate::figures::markdown::{banded, header, row};
 use crate::figures::{number, policy};
-use crate::results::Estimate;
 use std::fmt::Write;
 
 /// All tables.
@@ -26,21 +26,6 @@ pub fn text(report: &PricesReport) -> String {
         );
     }
     out
-}
-
-fn row(out: &mut String, cells: &[String]) {
-    let _ = writeln!(out, "| {} |", cells.join(" | "));
-}
-
-fn header(out: &mut String, columns: &[&str]) {
-    out.push('\n');
-    row(out, &columns.iter().map(|&c| c.to_owned()).collect::<Vec<_>>());
-    row(out, &vec!["---".to_owned(); columns.len()]);
-}
-
-fn banded(e: &Estimate) -> String {
-    let band = number::interval(e, 2).map(|i| format!(" {i}")).unwrap_or_default();
-    format!("{}{band}", number::fixed(e.mean, 2))
 }
 
 fn prices(out: &mut String, report: &PricesReport) {

@@ -8,7 +8,7 @@ use super::traffic::CARS;
 use std::cell::RefCell;
 use thread_local::ThreadLocal;
 
-/// Decisions that each thread remembers: the red cars of some ten episodes, in 150 KiB.
+/// Decisions that each thread remembers: the red cars of some twenty episodes, in 180 KiB.
 const PLACES: usize = 2048;
 
 /// All that decides what a red car's camera shows.

@@ -86,6 +86,10 @@ pub const CASES: &[&[&str]] = &[
     &["bench", "maze", "--settings", "{"],
     &["bench", "maze", "--settings", "{\"sides\": 1}"],
     &["bench", "maze", "--steps", "1"],
+    // Other prices.
+    &["run", "toy.toml", "--out", "never", "--set", "environment={priced={world={toy={}},factor=-1.0}}"],
+    &["prices", "toy.toml"],
+    &["prices", "toy.toml", "--factors", "cheap"],
     // Numbers.
     &["aliasing", "--q", "1", "--k", "4", "--actions", "4"],
     &["aliasing", "--q", "4", "--k", "0", "--actions", "4"],

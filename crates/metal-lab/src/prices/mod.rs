@@ -5,7 +5,7 @@
 //! fixed choice pays the same whatever it does, so it drives alike at all prices and is trained once. Not in the paper, whose
 //! prices are those of Fig. 7b alone.
 //!
-//! In the order of the data: [`options`] → `trial` (one training, tested) → [`report`] → [`mod@print`], `draw`.
+//! In the order of the data: `options` → `trial` (one training, tested) → `report` → `print`, `draw`.
 
 mod draw;
 mod options;

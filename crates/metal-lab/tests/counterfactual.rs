@@ -255,6 +255,21 @@ fn the_maze_is_left_by_the_shortest_way_with_both_looks() {
 }
 
 #[test]
+fn what_costs_nothing_is_always_known() {
+    let text = common::maze(RECIPE, 3000)
+        .replace("[environment.maze]", "[environment.maze]\nlook_price = 0.0")
+        .replace("max_looks = 2", "max_looks = 1")
+        + "\n[attention.acl.counterfactual.memory]\nlooks = 1\nsteps = 4\nactions = 1\n";
+    let text = text.replace("steps = 3000", "steps = 900").replace("batches = 400", "batches = 60");
+    let plan = plan::parse(&text, &[]).unwrap();
+    let trained = trained(&plan, 1);
+    let (_, looks) = tested(&plan, &trained.mind, 50);
+    assert_eq!(looks, 2.0, "both, although one look may be chosen");
+    // Also where chance takes looks away while it learns.
+    assert!(trained.diary.iter().all(|i| i.looks == 2.0));
+}
+
+#[test]
 fn appointed_looks_are_all_that_is_read_and_threads_change_nothing() {
     let text = common::maze(RECIPE, 3000)
         .replace("steps = 3000", "steps = 900")

@@ -271,7 +271,7 @@ impl Lesson {
     /// The looks through which a state is seen: those of the rule; else some that the teacher would take itself, or
     /// any.
     fn mask(&mut self, teacher: &Student, judged: &Judged) -> IndexSet {
-        match teacher.rule() {
+        let looks = match teacher.rule() {
             Rule::Scheduled { .. } => teacher.rule().due(judged.clock).unwrap_or_default(),
             Rule::Appointed { max_looks, .. } => {
                 if self.rng.chance(teacher.config().fit.own_looks) {
@@ -295,7 +295,8 @@ impl Lesson {
                     self.any_looks(teacher.kept(), if more { teacher.kept().len() } else { max_looks })
                 }
             }
-        }
+        };
+        looks.union(teacher.gifts())
     }
 
     fn any_looks(&mut self, among: IndexSet, most: usize) -> IndexSet {
@@ -310,7 +311,7 @@ impl Lesson {
 
     /// A stop on the way of the teacher's own looks, every stop with the same probability.
     fn own_looks(&mut self, teacher: &Student, judged: &Judged) -> IndexSet {
-        let (mut mask, mut chosen, mut stops) = (IndexSet::EMPTY, IndexSet::EMPTY, 1.0);
+        let (mut mask, mut chosen, mut stops) = (teacher.gifts(), teacher.gifts(), 1.0);
         loop {
             teacher.layout().mask(&judged.full, mask, &mut self.masked);
             teacher.evaluate(&self.masked, &mut self.scratch);

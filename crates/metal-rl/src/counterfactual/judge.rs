@@ -246,16 +246,16 @@ impl Workers for Alone {
     }
 }
 
-/// Looks that a student who looked at `own` could have taken instead: none, one less, one more, a single one.
+/// Looks that a student who looked at `own` could have taken instead: none, one less, one more, a single one; each with
+/// those that cost nothing.
 pub(super) fn other_looks(student: &Student, own: IndexSet, rng: &mut Rng) -> [IndexSet; 4] {
-    let kept = student.kept();
-    let more = kept.minus(own);
+    let (kept, gifts) = (student.kept(), student.gifts());
     let mut any = |from: IndexSet| from.iter().nth(rng.below(from.len().max(1)));
-    let (out, into, single) = (any(own), any(more), any(kept));
+    let (out, into, single) = (any(own.minus(gifts)), any(kept.minus(own)), any(kept));
     [
-        IndexSet::EMPTY,
+        gifts,
         out.map_or(own, |slot| own.without(slot)),
         into.map_or(own, |slot| own.with(slot)),
-        single.map_or(own, |slot| IndexSet::EMPTY.with(slot)),
+        single.map_or(own, |slot| gifts.with(slot)),
     ]
 }

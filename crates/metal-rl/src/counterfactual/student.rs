@@ -119,7 +119,7 @@ impl Student {
             actions: shape.actions,
             scale: Scale { advantage: 1.0, value: 1.0, centre: 0.0 },
             wide_eyed: false,
-            kept: IndexSet::first(shape.blocks.len()),
+            kept: IndexSet::first(shape.blocks.len()).minus(gifts(shape.rule, &shape.prices)),
             units: None,
             recollection,
             believer: None,
@@ -297,6 +297,13 @@ impl Student {
         self.kept
     }
 
+    /// Slots that cost nothing, where looks are its choice: it looks at them before every move, because what is known for
+    /// nothing harms nobody. They are no choice, so neither count among its looks nor are dismissed.
+    #[must_use]
+    pub fn gifts(&self) -> IndexSet {
+        gifts(self.rule, &self.prices)
+    }
+
     /// From now on only `kept` may be looked at by free choice.
     pub(super) fn keep(&mut self, kept: IndexSet) {
         self.kept = kept;
@@ -312,9 +319,12 @@ impl Student {
         self.wide_eyed
     }
 
-    /// The slots that must be looked at in motor step `clock`; none: the student is free to choose.
+    /// The slots that must be looked at in motor step `clock`, whatever the student chooses afterwards.
     fn due(&self, clock: usize) -> Option<IndexSet> {
-        if self.wide_eyed { Some(IndexSet::first(self.layout.slots())) } else { self.rule.due(clock) }
+        if self.wide_eyed {
+            return Some(IndexSet::first(self.layout.slots()));
+        }
+        self.rule.due(clock).or_else(|| Some(self.gifts()))
     }
 
     /// Whether looks are free to choose and remembered, so that a look not taken is missed later on.
@@ -369,7 +379,8 @@ impl Student {
 
     /// Slots that may still be looked at by free choice when `attended` have been.
     pub fn open_looks(&self, attended: IndexSet) -> IndexSet {
-        let free = matches!(self.rule, Rule::Adaptive { max_looks, .. } if attended.len() < max_looks);
+        let taken = attended.minus(self.gifts()).len();
+        let free = matches!(self.rule, Rule::Adaptive { max_looks, .. } if taken < max_looks);
         if free { self.kept.minus(attended) } else { IndexSet::EMPTY }
     }
 
@@ -452,6 +463,12 @@ impl Student {
     }
 }
 
+/// Slots of no price, where looks are free to choose one after the other.
+fn gifts(rule: Rule, prices: &[f64]) -> IndexSet {
+    let slots = if matches!(rule, Rule::Adaptive { .. }) { prices } else { &[] };
+    slots.iter().enumerate().filter(|&(_, &price)| price == 0.0).map(|(slot, _)| slot).collect()
+}
+
 fn own_shape(actions: usize, layout: &Layout, rule: Rule) -> Shape<'_> {
     Shape { actions, layout, looks: diary(layout, rule).len() }
 }
@@ -506,6 +523,26 @@ mod tests {
         assert_eq!(looks(0, sure, nobody), None);
         assert_eq!(looks(1, sure, nobody), Some((1, 3.0)));
         assert_eq!(looks(1, sure, one), None);
+    }
+
+    #[test]
+    fn what_costs_nothing_is_looked_at_before_every_move_and_is_no_choice() {
+        let rule = Rule::Adaptive { min_looks: 0, max_looks: 1 };
+        let gift = IndexSet::EMPTY.with(1);
+        let shape = StudentShape { prices: vec![1.0, 0.0, 3.0], ..shape(rule) };
+        let student = Student::new(&CounterfactualConfig::default(), &shape, &Streams::new(1)).unwrap();
+        let (mut gaze, mut scratch) = (Gaze::new(student.layout()), student.scratch());
+        assert_eq!(student.next(&mut gaze, &mut scratch), Next::Look(1));
+        gaze.look(student.layout(), 1, &[0.1]);
+        assert_ne!(student.next(&mut gaze, &mut scratch), Next::Look(1));
+        assert_eq!(student.kept(), IndexSet::first(3).without(1), "nobody to be dismissed");
+        assert_eq!(student.open_looks(gift), student.kept(), "one look may still be taken");
+        assert_eq!(student.open_looks(gift.with(0)), IndexSet::EMPTY);
+        let mut rng = crate::random::Rng::new(1);
+        let others = crate::counterfactual::judge::other_looks(&student, gift.with(2), &mut rng);
+        assert!(others.iter().all(|looks| looks.contains(1)), "{others:?}");
+        let fixed = student.under(Rule::Scheduled { slots: IndexSet::EMPTY.with(0), every: 2 });
+        assert_eq!(fixed.gifts(), IndexSet::EMPTY, "a rule that was fixed stays what it is");
     }
 
     #[test]

@@ -80,6 +80,10 @@ impl Counterfactual {
     /// The next look or move: by the student, or on an errand.
     fn next(&mut self) -> Next {
         self.weighed.clear();
+        let gift = self.student.gifts().minus(self.gaze.attended()).iter().next();
+        if let (Some(_), Some(slot)) = (self.errand, gift) {
+            return Next::Look(slot);
+        }
         match self.errand {
             None => {
                 let next = self.student.next_but(self.rests.resting(), &mut self.gaze, &mut self.scratch);

@@ -37,7 +37,7 @@ fn kept(asked: &[usize], before: IndexSet, least: f64) -> IndexSet {
     if most == 0 {
         return before;
     }
-    let all = asked.iter().sum::<usize>() as f64;
+    let all = before.iter().map(|slot| asked[slot]).sum::<usize>() as f64;
     let enough = |&slot: &usize| asked[slot] == most || asked[slot] as f64 >= least * all;
     before.iter().filter(enough).collect()
 }

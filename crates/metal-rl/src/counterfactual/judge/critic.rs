@@ -466,7 +466,8 @@ fn alternatives(student: &Student, own: IndexSet, rng: &mut Rng) -> Vec<IndexSet
         return other_looks(student, own, rng).to_vec();
     }
     let some = |bits: usize| {
-        kept.iter().enumerate().filter(|(i, _)| bits >> i & 1 == 1).map(|(_, slot)| slot).collect()
+        let chosen = kept.iter().enumerate().filter(|(i, _)| bits >> i & 1 == 1);
+        chosen.map(|(_, slot)| slot).collect::<IndexSet>().union(student.gifts())
     };
     (0..1usize << kept.len()).map(some).collect()
 }

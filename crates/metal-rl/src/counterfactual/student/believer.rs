@@ -340,9 +340,9 @@ impl Lesson {
     fn mask(&mut self, teacher: &Student, judged: &Judged) -> IndexSet {
         let most = teacher.rule().most_looks().min(teacher.kept().len());
         if !self.rng.chance(teacher.config().fit.own_looks) {
-            return self.any_looks(teacher.kept(), most);
+            return self.any_looks(teacher.kept(), most).union(teacher.gifts());
         }
-        let (mut mask, mut chosen, mut stops) = (IndexSet::EMPTY, IndexSet::EMPTY, 1.0);
+        let (mut mask, mut chosen, mut stops) = (teacher.gifts(), teacher.gifts(), 1.0);
         loop {
             self.see(teacher, judged, mask);
             let Some((slot, _)) = teacher.preferred_look(mask, &self.scratch) else { return chosen };
@@ -356,7 +356,7 @@ impl Lesson {
 
     fn any_looks(&mut self, among: IndexSet, most: usize) -> IndexSet {
         let mut mask = IndexSet::EMPTY;
-        for _ in 0..self.rng.below(most) {
+        for _ in 0..self.rng.below(most.max(1)) {
             let open = among.minus(mask);
             mask = open.iter().nth(self.rng.below(open.len())).map_or(mask, |slot| mask.with(slot));
         }

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum LookRule {
-    /// The student looks where it expects to gain more than the price, one look after the other.
+    /// The student looks where it expects to gain more than the price, one look after the other. What costs nothing is
+    /// looked at before every move and not counted.
     Adaptive {
         /// Fewest looks before a move. Without memory a student cannot know how long it has not looked: whoever skips
         /// one look skips all of them, so there it should be 1.

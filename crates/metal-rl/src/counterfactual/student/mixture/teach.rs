@@ -60,7 +60,7 @@ fn learn_density(
     streams: &Streams,
 ) -> Knowledge {
     let visible = match student.rule() {
-        Rule::Adaptive { .. } | Rule::Appointed { .. } => student.kept(),
+        Rule::Adaptive { .. } | Rule::Appointed { .. } => student.kept().union(student.gifts()),
         Rule::Scheduled { slots, .. } => slots,
     };
     let (actions, slots) = (student.actions(), student.layout().slots());

@@ -1,8 +1,6 @@
 //! `metal ceiling`.
 
-use crate::args::Printing;
-use crate::bar::Bar;
-use crate::commands::{keep_clear, listen_to_ctrl_c, say, say_json, use_threads};
+use crate::measuring::{Measuring, Shown};
 use anyhow::{Context, ensure};
 use clap::Args;
 use metal_lab::ceiling::{self, CeilingOptions, CeilingReport, Learned};
@@ -35,18 +33,9 @@ pub struct Request {
     /// A folder that `metal run` wrote: its policies are shown beside the ceilings
     #[arg(long, value_name = "DIR")]
     learned: Option<PathBuf>,
-    /// Folder for tables, numbers and drawings (nothing is written if it is not given)
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Replace what is in the folder
-    #[arg(long, requires = "out")]
-    force: bool,
     /// Independent drivers, each with a log of its own
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     seeds: u32,
-    /// The one number all randomness comes from
-    #[arg(long, default_value_t = 1, value_name = "N")]
-    seed: u64,
     /// Motor steps from which a driver learns, and so each universal student
     #[arg(long, default_value_t = 80_000, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     driver_steps: u32,
@@ -62,21 +51,15 @@ pub struct Request {
     /// Cut everything so far that the numbers only show that everything works
     #[arg(long)]
     quick: bool,
-    /// Override a field of the experiment: dotted key = TOML value; may be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    set: Vec<String>,
     #[command(flatten)]
-    printing: Printing,
-    /// Threads (0: one per core); results do not depend on it
-    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
-    threads: u16,
+    measuring: Measuring,
 }
 
 impl Request {
     fn options(&self) -> CeilingOptions {
         let options = CeilingOptions {
             seeds: self.seeds as usize,
-            seed: self.seed,
+            seed: self.measuring.seed,
             phase: self.phase.clone(),
             driver_steps: self.driver_steps as usize,
             log_steps: self.log_steps as usize,
@@ -90,25 +73,17 @@ impl Request {
 
 /// Measures, prints, writes.
 pub fn run(request: &Request) -> anyhow::Result<()> {
-    let plan = plan::load(&request.file, &request.set)?;
+    let plan = plan::load(&request.file, &request.measuring.set)?;
     let options = request.options();
     let planned =
         ceiling::planned_steps(&plan, &options).with_context(|| request.file.display().to_string())?;
     let learned = request.learned.as_deref().map_or(Ok(Vec::new()), |folder| learned(folder, &plan))?;
-    if let Some(out) = &request.out {
-        keep_clear(&out.join("ceiling.json"), request.force)?;
-    }
-    use_threads(request.threads)?;
-    listen_to_ctrl_c()?;
-    let bar = Bar::new(planned as u64);
-    let report = ceiling::run(&plan, &options, &bar);
-    bar.finish();
-    let report = CeilingReport { learned, ..report? };
-    if let Some(out) = &request.out {
-        write(&report, out)?;
-    }
-    if request.printing.json { say_json(&report) } else { say(&ceiling::text(&report)) }
+    request.measuring.carry_out(&SHOWN, planned, |bar| {
+        Ok(CeilingReport { learned, ..ceiling::run(&plan, &options, bar)? })
+    })
 }
+
+const SHOWN: Shown<CeilingReport> = Shown { name: "ceiling", text: ceiling::text, draw: ceiling::draw };
 
 /// The policies of a run in the scenario of the plan.
 fn learned(folder: &Path, plan: &Plan) -> anyhow::Result<Vec<Learned>> {
@@ -121,14 +96,4 @@ fn learned(folder: &Path, plan: &Plan) -> anyhow::Result<Vec<Learned>> {
         folder.display()
     );
     Ok(learned)
-}
-
-fn write(report: &CeilingReport, out: &Path) -> anyhow::Result<()> {
-    let store = Store::create(out)?;
-    store.write("ceiling.md", ceiling::text(report).as_bytes())?;
-    for (name, svg) in ceiling::draw(report) {
-        store.write(&format!("ceiling-{name}.svg"), svg.as_bytes())?;
-    }
-    store.write("ceiling.json", serde_json::to_string_pretty(report)?.as_bytes())?;
-    Ok(())
 }

@@ -1,10 +1,8 @@
 //! `metal faults`.
 
-use crate::bar::Bar;
-use crate::commands::{keep_clear, listen_to_ctrl_c, say, say_json, use_threads};
+use crate::measuring::{Measuring, Shown};
 use clap::Args;
-use metal_lab::faults::{self, FaultOptions};
-use metal_lab::store::Store;
+use metal_lab::faults::{self, FaultOptions, FaultReport};
 use metal_lab::{experiments, plan};
 use metal_worlds::faulty::Fault;
 use std::path::PathBuf;
@@ -38,24 +36,8 @@ pub struct Broken {
     /// Independent trainings
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub seeds: u32,
-    /// The one number all randomness comes from
-    #[arg(long, default_value_t = 1, value_name = "N")]
-    pub seed: u64,
-    /// Override a field of the experiment: dotted key = TOML value; may be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
-    /// Folder for tables, numbers and drawings (nothing is written if it is not given)
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Replace what is in the folder
-    #[arg(long, requires = "out")]
-    pub force: bool,
-    /// Print JSON instead of the tables
-    #[arg(long)]
-    pub json: bool,
-    /// Threads (0: one per core); results do not depend on it
-    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u16).range(..=1024))]
-    pub threads: u16,
+    #[command(flatten)]
+    measuring: Measuring,
 }
 
 /// Every fault, by name.
@@ -68,15 +50,14 @@ fn named(names: &[String]) -> Vec<Fault> {
 
 /// Tries everything, prints it, writes it.
 pub fn run(request: &Broken) -> anyhow::Result<()> {
-    use_threads(request.threads)?;
-    listen_to_ctrl_c()?;
+    let set = &request.measuring.set;
     let plan = match &request.file {
-        Some(file) => plan::load(file, &request.set)?,
-        None => plan::parse(experiments::PAPER, &request.set)?,
+        Some(file) => plan::load(file, set)?,
+        None => plan::parse(experiments::PAPER, set)?,
     };
     let options = FaultOptions {
         seeds: request.seeds as usize,
-        seed: request.seed,
+        seed: request.measuring.seed,
         policies: request.policy.clone(),
         faults: named(&request.fault),
         rates: request.rate.clone(),
@@ -86,20 +67,8 @@ pub fn run(request: &Broken) -> anyhow::Result<()> {
         lasting: request.lasting as usize,
         ..FaultOptions::default()
     };
-    if let Some(out) = &request.out {
-        keep_clear(&out.join("faults.json"), request.force)?;
-    }
-    let bar = Bar::new(faults::planned_steps(&plan, &options)? as u64);
-    let report = faults::run(&plan, &options, &bar);
-    bar.finish();
-    let report = report?;
-    if let Some(out) = &request.out {
-        let store = Store::create(out)?;
-        store.write("faults.md", faults::text(&report).as_bytes())?;
-        for (name, svg) in faults::draw(&report) {
-            store.write(&format!("faults-{name}.svg"), svg.as_bytes())?;
-        }
-        store.write("faults.json", serde_json::to_string_pretty(&report)?.as_bytes())?;
-    }
-    if request.json { say_json(&report) } else { say(&faults::text(&report)) }
+    let planned = faults::planned_steps(&plan, &options)?;
+    request.measuring.carry_out(&SHOWN, planned, |bar| Ok(faults::run(&plan, &options, bar)?))
 }
+
+const SHOWN: Shown<FaultReport> = Shown { name: "faults", text: faults::text, draw: faults::draw };

@@ -9,6 +9,7 @@ mod check;
 mod commands;
 mod faults;
 mod learn_on;
+mod measuring;
 mod partition;
 mod prices;
 mod robots;

@@ -3,6 +3,7 @@
 use crate::drives;
 use crate::figures::FIGURES;
 use crate::report::{ReportContext, ReportError, render};
+use crate::reproduce::subsets::SUBSET;
 use crate::reproduce::{Outcome, gather};
 use crate::results::{Figures, Results};
 use crate::store::{RecordKey, RunCard, Store, StoreError, records_csv};
@@ -41,6 +42,7 @@ pub fn write(outcome: &Outcome, store: &Store, command: &str) -> Result<Results,
         quick: outcome.options.quick,
     };
     write_minds(outcome, store)?;
+    write_rivals(outcome, &card, store)?;
     let results = results(outcome)?;
     store.write("results.json", serde_json::to_string_pretty(&results)?.as_bytes())?;
     let tables = outcome.tables.iter().flat_map(|(roads, policies)| {
@@ -85,6 +87,21 @@ fn results(outcome: &Outcome) -> Result<Results, RunError> {
         ..results.figures
     };
     Ok(results)
+}
+
+/// Every fixed choice of sensors that was trained with the whole budget, as a run of its own in a folder inside.
+fn write_rivals(outcome: &Outcome, card: &RunCard, store: &Store) -> Result<(), StoreError> {
+    store.remove_rivals()?;
+    for (number, confirmed) in outcome.confirmed.iter().enumerate() {
+        let inside = store.rival(number)?;
+        for (seed, subset) in confirmed.trainings.iter().enumerate() {
+            inside.write_mind(seed, SUBSET, &subset.trained.mind.freeze_for(&subset.plan))?;
+        }
+        if let Some(subset) = confirmed.trainings.first() {
+            inside.write_run(&subset.plan, card)?;
+        }
+    }
+    Ok(())
 }
 
 fn write_minds(outcome: &Outcome, store: &Store) -> Result<(), StoreError> {

@@ -5,6 +5,7 @@ use crate::mind::Mind;
 use crate::plan::Plan;
 use crate::progress::Silent;
 use crate::registry::{Roads, roads_name};
+use crate::reproduce::subsets::SUBSET;
 use crate::reproduce::table::cell;
 use crate::results::{Results, SCHEMA, Scenarios};
 use crate::store::{RunCard, Store};
@@ -28,7 +29,8 @@ pub enum ReevaluateError {
     Learner(#[from] metal_rl::learner::LearnerError),
 }
 
-/// Tests every policy of the run in `store` on `roads`, `runs` per scenario and seed. Without a choice of roads: on the
+/// Tests every policy of the run in `store`, and every fixed choice of sensors beside them, on `roads`, `runs` per
+/// scenario and seed. Without a choice of roads: on the
 /// test roads, or where the world has none, in the world as it is.
 ///
 /// # Errors
@@ -46,6 +48,12 @@ pub fn on(store: &Store, roads: Option<&Roads>, runs: usize) -> Result<Results, 
     for name in plan.file.policy.keys() {
         let minds = minds(store, &plan, &card, name)?;
         results.policies.insert(name.clone(), scenarios(&plan, &card, (name, &minds), (roads, runs))?);
+    }
+    for rival in store.rivals()? {
+        let (plan, card) = rival.read_run()?;
+        let minds = minds(&rival, &plan, &card, SUBSET)?;
+        let tested = scenarios(&plan, &card, (SUBSET, &minds), (roads, runs))?;
+        results.policies.insert(plan.file.title, tested);
     }
     Ok(results)
 }

@@ -81,6 +81,9 @@ impl RunCard {
     }
 }
 
+/// Where the folders of fixed choices of sensors are.
+const RIVALS: &str = "fixed";
+
 /// A run folder.
 #[derive(Clone, Debug)]
 pub struct Store {
@@ -193,6 +196,39 @@ impl Store {
         let path = self.path("results.json");
         let text = std::fs::read_to_string(&path).map_err(|e| at(&path, e))?;
         serde_json::from_str(&text).map_err(|e| StoreError::Damaged { path, reason: e.to_string() })
+    }
+
+    fn rival_name(number: usize) -> String {
+        format!("{RIVALS}/{number}")
+    }
+
+    /// Removes what fixed choices an earlier run in this folder left behind.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn remove_rivals(&self) -> Result<(), StoreError> {
+        let folder = self.path(RIVALS);
+        match std::fs::remove_dir_all(&folder) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(at(&folder, e)),
+            _ => Ok(()),
+        }
+    }
+
+    /// The folder inside of a fixed choice of sensors, a run of its own.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub fn rival(&self, number: usize) -> Result<Self, StoreError> {
+        Self::create(&self.path(&Self::rival_name(number)))
+    }
+
+    /// The folders inside of all fixed choices of sensors; none in a run without any, or of an earlier version.
+    ///
+    /// # Errors
+    /// If one of them is not that of a finished run.
+    pub fn rivals(&self) -> Result<Vec<Self>, StoreError> {
+        let folders = (0..).map(|number| self.path(&Self::rival_name(number)));
+        folders.take_while(|folder| folder.is_dir()).map(|folder| Self::open(&folder)).collect()
     }
 
     fn mind_name(seed: usize, phase: &str) -> String {

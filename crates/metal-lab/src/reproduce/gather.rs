@@ -167,7 +167,7 @@ fn front(outcome: &Outcome) -> Vec<FrontPoint> {
         })
         .collect();
     let scenario = outcome.plan.file.environment.training_scenario();
-    for &rival in &outcome.confirmed {
+    for rival in outcome.confirmed.iter().map(|confirmed| confirmed.rival) {
         let (policy, sensors) = (subsets::name(&outcome.plan, rival), rival.sensors);
         let table = outcome.tables.get(&main_roads()).and_then(|t| t.get(&policy)?.get(&scenario));
         let Some(runs) = table else { continue };

@@ -24,7 +24,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use subsets::{Rival, Screened, TrainedSubset, screen, train_subset_kept};
+use subsets::{Confirmed, Rival, Screened, TrainedSubset, screen, train_subset_kept};
 use table::RunsBySeed;
 
 /// What to run beyond what the plan says.
@@ -58,7 +58,7 @@ pub struct Outcome {
     /// Screened subsets.
     pub screened: Vec<Screened>,
     /// Subsets trained again on fresh seeds, in the order of their screening.
-    pub confirmed: Vec<Rival>,
+    pub confirmed: Vec<Confirmed>,
     /// The fixed subset that did best on validation roads among the confirmed, as a policy name.
     pub best_fixed: Option<String>,
     /// Busy seconds of all threads together, by part of the work.
@@ -93,8 +93,7 @@ pub fn execute_kept(plan: Plan, options: Options, ledger: &Ledger<'_>) -> Result
             screen(&plan, rows, options.all_subsets, &streams, &ledger.chapter("screening"))
         })?;
         progress.stage("confirming the best subsets");
-        confirmed = candidates(&plan, rows, &screened);
-        desk.confirm(rows, &confirmed, &mut tables)?;
+        confirmed = desk.confirm(rows, &candidates(&plan, rows, &screened), &mut tables)?;
     }
     let best_fixed = best_fixed(&plan, &tables);
     let busy = desk.busy.seconds();
@@ -266,7 +265,12 @@ impl Desk<'_> {
     }
 
     /// Trains the chosen subsets again, on the reported seeds and with the whole budget, and tests them like everybody.
-    fn confirm(&self, rows: &SubsetsFile, chosen: &[Rival], tables: &mut Tables) -> Result<(), RunError> {
+    fn confirm(
+        &self,
+        rows: &SubsetsFile,
+        chosen: &[Rival],
+        tables: &mut Tables,
+    ) -> Result<Vec<Confirmed>, RunError> {
         let seeds = self.options.seeds;
         let jobs: Vec<(Rival, usize)> =
             chosen.iter().flat_map(|&r| (0..seeds).map(move |i| (r, i))).collect();
@@ -277,10 +281,14 @@ impl Desk<'_> {
             self.busy.time("training", || train_subset_kept(self.plan, rows, (rival, 1.0), &streams, &ledger))
         };
         let minds: Vec<TrainedSubset> = jobs.par_iter().map(train).collect::<Result<_, RunError>>()?;
-        for (rival, minds) in chosen.iter().zip(minds.chunks(seeds)) {
-            self.test_on_all(tables, &subsets::name(self.plan, *rival), |seed| minds[seed].candidate())?;
+        let mut minds = minds.into_iter();
+        let mut confirmed = Vec::with_capacity(chosen.len());
+        for &rival in chosen {
+            let trainings: Vec<TrainedSubset> = minds.by_ref().take(seeds).collect();
+            self.test_on_all(tables, &subsets::name(self.plan, rival), |seed| trainings[seed].candidate())?;
+            confirmed.push(Confirmed { rival, trainings });
         }
-        Ok(())
+        Ok(confirmed)
     }
 }
 

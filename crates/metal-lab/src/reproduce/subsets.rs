@@ -4,7 +4,7 @@
 use super::table::motor;
 use crate::checkpoint::Ledger;
 use crate::evaluate::{Candidate, Course, test};
-use crate::plan::file::{MemberFile, PhaseFile, PlanFile, SubsetsFile};
+use crate::plan::file::{MemberFile, PhaseFile, PlanFile, PolicyFile, SubsetsFile};
 pub use crate::plan::rival::Rival;
 use crate::plan::{Acting, Plan, PlanError};
 use crate::progress::Progress;
@@ -17,8 +17,8 @@ use metal_rl::set::IndexSet;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Name of the only member of a subset's mind, and of the phase that trains it.
-const SUBSET: &str = "subset";
+/// Name of the only member of a subset's mind, of the phase that trains it, and of the policy that drives by it.
+pub const SUBSET: &str = "subset";
 
 /// A screened subset: what it cost on validation roads, per screening seed.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,18 +45,22 @@ pub fn name(plan: &Plan, rival: Rival) -> String {
     format!("fixed:{}", rival.words(plan))
 }
 
-/// The experiment in which one learner looks at `rival` and nothing else, for `share` of the common budget.
+/// The experiment in which one learner looks at `rival` and nothing else, for `share` of the common budget; its title is
+/// the [`name`] of the subset.
 ///
 /// # Errors
 /// If the plan has no such phases (a checked plan has).
 pub fn subset_plan(plan: &Plan, rows: &SubsetsFile, rival: Rival, share: f64) -> Result<Plan, PlanError> {
     let mut file = plan.file.clone();
-    file.policy.clear();
+    file.title = name(plan, rival);
     file.subsets = None;
     match plan.counterfactual(&rows.like) {
         Some((controller, _)) => same_recipe(plan, rows, (controller, rival, share), &mut file),
         None => own_learner(plan, rows, (rival.sensors, share), &mut file),
     }
+    let PhaseFile { roster, acting, .. } = file.phase[SUBSET].clone();
+    file.policy =
+        BTreeMap::from([(SUBSET.to_owned(), PolicyFile { after: Some(SUBSET.into()), roster, acting })]);
     Plan::check(file)
 }
 
@@ -136,6 +140,14 @@ fn own_learner(plan: &Plan, rows: &SubsetsFile, (sensors, share): (IndexSet, f64
     };
     phases.insert(SUBSET.to_owned(), row);
     file.phase = phases;
+}
+
+/// A subset that was trained with the whole budget, on every reported seed.
+pub struct Confirmed {
+    /// The subset.
+    pub rival: Rival,
+    /// Its trainings, seed by seed.
+    pub trainings: Vec<TrainedSubset>,
 }
 
 /// A subset's mind and the plan it belongs to.

@@ -297,6 +297,9 @@ fn a_task_is_compared() {
     {
         assert!(text.contains(wanted), "{wanted} is missing in\n{text}");
     }
+    let free = ["bench", "maze", "--settings", "{\"look_price\": 0.0}"];
+    let text = output(&[&free[..], &BRIEFLY].concat());
+    assert!(text.contains("no area, since all sensors cost nothing"), "{text}");
     let settings = ["bench", "maze", "--json", "--settings", "{\"look_price\": 0.5}"];
     let json = output(&[&settings[..], &BRIEFLY].concat());
     let bench: Value = serde_json::from_str(&json).unwrap();

@@ -52,11 +52,13 @@ fn interval(e: &Estimate) -> String {
 
 fn front(out: &mut String, bench: &Bench) {
     let front = &bench.front;
-    let _ = writeln!(
-        out,
-        "\nfront of motor reward against cost (0: blind, 1: all sensors): area {:.3}, fixed subsets {:.3}",
-        front.metal_area, front.fixed_area
-    );
+    out.push_str("\nfront of motor reward against cost (0: blind, 1: all sensors): ");
+    let (metal, fixed) = (front.metal_area, front.fixed_area);
+    let _ = if metal.is_nan() {
+        writeln!(out, "no area, since all sensors cost nothing or do no better than blind")
+    } else {
+        writeln!(out, "area {metal:.3}, fixed subsets {fixed:.3}")
+    };
     for p in &front.metal {
         let _ = writeln!(out, "  cost {:9.3}  motor reward {:9.3}  {}", p.cost, p.motor, p.name);
     }

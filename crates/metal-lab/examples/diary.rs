@@ -75,6 +75,8 @@ const RUNS: usize = 300;
 const AGES: usize = 6;
 /// Gaps to the nearest car that are told apart, in metres; what is farther is one.
 const GAPS_M: [f64; 4] = [0.1, 0.25, 0.5, 1.0];
+/// Motor steps since the start at which parts of a run begin that are told apart: out of the wrong lane, to the car, past it.
+const PARTS: [usize; 4] = [0, 7, 10, 20];
 
 fn dissect(candidate: &Candidate<'_>, streams: &Streams) -> Result<(), Box<dyn Error>> {
     let measures = &candidate.plan.spec.measures;
@@ -119,6 +121,13 @@ impl Class {
     }
 }
 
+/// A part of all runs: its steps, and what is paid for in it.
+#[derive(Clone, Copy, Default)]
+struct Part {
+    class: Class,
+    costs: [f64; 4],
+}
+
 /// What a driver pays for, and when it looks.
 #[derive(Default)]
 struct Anatomy {
@@ -129,6 +138,7 @@ struct Anatomy {
     all: Class,
     ages: [Class; AGES],
     gaps: [Class; GAPS_M.len() + 1],
+    parts: [Part; PARTS.len()],
     seen: Vec<f64>,
     age: usize,
     last_gap: f64,
@@ -139,8 +149,12 @@ impl Observer for Anatomy {
         if step.index == 0 {
             (self.age, self.last_gap) = (AGES - 1, f64::INFINITY);
         }
-        for (sum, column) in self.costs.iter_mut().zip(self.kinds) {
-            *sum += column.map_or(0.0, |c| step.measures[c]);
+        let part = &mut self.parts[PARTS.partition_point(|&begin| begin <= step.index) - 1];
+        part.class.add(step);
+        for (kind, column) in self.kinds.into_iter().enumerate() {
+            let cost = column.map_or(0.0, |c| step.measures[c]);
+            self.costs[kind] += cost;
+            part.costs[kind] += cost;
         }
         let read = step.percept.read();
         self.age = if read.is_empty() { (self.age + 1).min(AGES - 1) } else { 0 };
@@ -170,6 +184,11 @@ impl Anatomy {
         }
         for (i, class) in self.gaps.iter().enumerate() {
             class.print(&GAPS_M.get(i).map_or("far".to_owned(), |gap| format!("gap < {gap}")), n);
+        }
+        for (begin, part) in PARTS.iter().zip(&self.parts) {
+            part.class.print(&format!("from step {begin}"), n);
+            let [accident, road, lane, smooth] = part.costs.map(|cost| cost / part.class.steps.max(1.0));
+            println!("{:15}accident {accident:.2}, road {road:.2}, lane {lane:.2}, smooth {smooth:.2}", "");
         }
         let seen: Vec<String> = self.seen.iter().map(|looks| format!("{:.2}", looks / n)).collect();
         println!("  looks per sensor: {}", seen.join(" "));

@@ -91,7 +91,7 @@ fn results(outcome: &Outcome) -> Result<Results, RunError> {
 
 /// Every fixed choice of sensors that was trained with the whole budget, as a run of its own in a folder inside.
 fn write_rivals(outcome: &Outcome, card: &RunCard, store: &Store) -> Result<(), StoreError> {
-    store.remove_rivals()?;
+    store.retire_rivals()?;
     for (number, confirmed) in outcome.confirmed.iter().enumerate() {
         let inside = store.rival(number)?;
         for (seed, subset) in confirmed.trainings.iter().enumerate() {

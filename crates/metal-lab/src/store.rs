@@ -202,16 +202,12 @@ impl Store {
         format!("{RIVALS}/{number}")
     }
 
-    /// Removes what fixed choices an earlier run in this folder left behind.
+    /// Takes the cards off the fixed choices that an earlier run in this folder left behind: they are no runs any more.
     ///
     /// # Errors
     /// If the file system refuses.
-    pub fn remove_rivals(&self) -> Result<(), StoreError> {
-        let folder = self.path(RIVALS);
-        match std::fs::remove_dir_all(&folder) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(at(&folder, e)),
-            _ => Ok(()),
-        }
+    pub fn retire_rivals(&self) -> Result<(), StoreError> {
+        self.rivals()?.iter().try_for_each(|rival| rival.remove("run.json"))
     }
 
     /// The folder inside of a fixed choice of sensors, a run of its own.
@@ -225,10 +221,11 @@ impl Store {
     /// The folders inside of all fixed choices of sensors; none in a run without any, or of an earlier version.
     ///
     /// # Errors
-    /// If one of them is not that of a finished run.
+    /// If one of them cannot be opened.
     pub fn rivals(&self) -> Result<Vec<Self>, StoreError> {
         let folders = (0..).map(|number| self.path(&Self::rival_name(number)));
-        folders.take_while(|folder| folder.is_dir()).map(|folder| Self::open(&folder)).collect()
+        let finished = folders.take_while(|folder| folder.join("run.json").is_file());
+        finished.map(|folder| Self::open(&folder)).collect()
     }
 
     fn mind_name(seed: usize, phase: &str) -> String {

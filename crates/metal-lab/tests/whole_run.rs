@@ -62,6 +62,8 @@ fn what_a_run_writes_can_be_read_drawn_and_driven_again() {
     let mut policies = results.policies;
     policies.remove("best_fixed").expect("one of the fixed choices under a second name");
     assert_eq!(again.policies, policies);
+    store.retire_rivals().unwrap();
+    assert_eq!(store.rivals().unwrap().len(), 0, "a run that is begun anew does not take over old rivals");
 }
 
 /// The figures that needed a driver.

@@ -224,10 +224,11 @@ impl Student {
         lessons: impl Iterator<Item = &'l mut Lesson>,
         streams: &Streams,
     ) {
+        let slots = (self.kept, self.gifts());
         let Some(recollection) = &mut self.recollection else { return };
         let lessons: Vec<&mut Lesson> = lessons.collect();
         let seen = lessons.iter().map(|lesson| &**lesson);
-        recollection.learn((&self.layout, &self.config.recollection), seen, self.kept, streams);
+        recollection.learn((&self.layout, &self.config.recollection), seen, slots, streams);
         lessons.into_iter().for_each(|lesson| recollection.relive(&self.layout, lesson));
     }
 

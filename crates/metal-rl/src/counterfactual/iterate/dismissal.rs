@@ -55,6 +55,11 @@ mod tests {
         let all = IndexSet::first(3);
         assert_eq!(kept(&[90, 9, 1], all, 0.05), IndexSet::first(2));
         assert_eq!(kept(&[90, 9, 1], all.without(1), 0.0), all.without(1));
+        assert_eq!(
+            kept(&[900, 60, 40], all.without(0), 0.3),
+            all.without(0),
+            "looks at what is no choice do not count"
+        );
         assert_eq!(kept(&[0, 0, 0], all, 0.05), all);
         assert_eq!(kept(&[30, 30, 40], all, 0.5), IndexSet::EMPTY.with(2), "somebody has to stay");
     }

@@ -139,12 +139,13 @@ impl Recollection {
         }
     }
 
-    /// Learns from drives; returns the mean loss over the last half of the training steps.
+    /// Learns from drives, now and then as if some of the first `slots` had been looked at instead, beside all of the second; returns
+    /// the mean loss over the last half of the training steps.
     pub(in crate::counterfactual) fn learn<'l>(
         &mut self,
         (layout, config): (&Layout, &RecollectionConfig),
         lessons: impl Iterator<Item = &'l Lesson> + Clone,
-        kept: IndexSet,
+        slots: (IndexSet, IndexSet),
         streams: &Streams,
     ) -> f64 {
         let full = lessons.clone().flat_map(|l| l.judged.iter().map(|j| &j.full[..]));
@@ -153,7 +154,7 @@ impl Recollection {
         if episodes.is_empty() {
             return 0.0;
         }
-        let mut page = Page::new(layout, units, kept, streams.stream("recollection"));
+        let mut page = Page::new(layout, units, slots, streams.stream("recollection"));
         let (mut sum, mut count) = (0.0, 0.0);
         for batch in 0..config.batches {
             let progress = batch as f64 / config.batches as f64;
@@ -209,6 +210,7 @@ struct Page<'a> {
     layout: &'a Layout,
     units: Units,
     kept: IndexSet,
+    gifts: IndexSet,
     rng: Rng,
     inputs: Vec<f32>,
     targets: Vec<f32>,
@@ -217,10 +219,10 @@ struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
-    fn new(layout: &'a Layout, units: Units, kept: IndexSet, rng: Rng) -> Self {
+    fn new(layout: &'a Layout, units: Units, (kept, gifts): (IndexSet, IndexSet), rng: Rng) -> Self {
         let none = Vec::new;
         let masked = vec![0.0; layout.width()];
-        Self { layout, units, kept, rng, inputs: none(), targets: none(), weights: none(), masked }
+        Self { layout, units, kept, gifts, rng, inputs: none(), targets: none(), weights: none(), masked }
     }
 
     fn sequences(&self, count: usize) -> Sequences<'_> {
@@ -259,7 +261,7 @@ impl<'a> Page<'a> {
         let Some(full) = episode.full(t) else { return };
         if let Some(often) = often {
             let looks = if self.rng.chance(often) { some(self.kept, &mut self.rng) } else { IndexSet::EMPTY };
-            self.layout.mask(full, looks, &mut self.masked);
+            self.layout.mask(full, looks.union(self.gifts), &mut self.masked);
             input[..seen].copy_from_slice(&self.masked[..seen]);
         }
         let targets = &mut self.targets[row * outputs..(row + 1) * outputs];
@@ -346,7 +348,12 @@ mod tests {
             (layout(), RecollectionConfig { batches: 1500, ..RecollectionConfig::default() });
         let (lesson, mut fresh) = (drive(&layout, 200, 1), drive(&layout, 100, 2));
         let mut recollection = newborn(&layout);
-        recollection.learn((&layout, &config), [&lesson].into_iter(), IndexSet::first(2), &Streams::new(3));
+        recollection.learn(
+            (&layout, &config),
+            [&lesson].into_iter(),
+            (IndexSet::first(2), IndexSet::EMPTY),
+            &Streams::new(3),
+        );
         // After seven random moves the place is spread by 0.26.
         let after = error(&recollection, &layout, &mut fresh);
         assert!(after < 0.06, "{after}");

@@ -3,8 +3,9 @@
 use crate::learner::LearnerError;
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Version of the byte format; a change of any frozen structure raises it.
-const VERSION: u32 = 1;
+/// Version of the byte format. A change of any frozen structure raises it, settings that are frozen along included: the
+/// bytes do not describe themselves. A kept run folder reminds whoever forgets (metal-lab, `tests/kept_minds.rs`).
+const VERSION: u32 = 2;
 
 /// Length of the checksum at the end.
 const CHECKSUM: usize = 8;
@@ -15,8 +16,12 @@ const CHECKSUM: usize = 8;
 /// If the state holds what has no bytes; numbers, texts, vectors and maps all have.
 #[must_use]
 pub fn seal<T: Serialize>(learner: &'static str, state: &T) -> Vec<u8> {
+    seal_as(VERSION, learner, state)
+}
+
+fn seal_as<T: Serialize>(version: u32, learner: &'static str, state: &T) -> Vec<u8> {
     let mut bytes =
-        postcard::to_stdvec(&(VERSION, learner, state)).expect("numbers and vectors always become bytes");
+        postcard::to_stdvec(&(version, learner, state)).expect("numbers and vectors always become bytes");
     let sum = checksum(&bytes);
     bytes.extend_from_slice(&sum.to_le_bytes());
     bytes
@@ -37,7 +42,8 @@ pub fn open<T: DeserializeOwned>(learner: &'static str, bytes: &[u8]) -> Result<
     let ((version, name), rest): ((u32, &str), &[u8]) =
         postcard::take_from_bytes(body).map_err(|e| damaged(e.to_string()))?;
     if version != VERSION || name != learner {
-        return Err(damaged(format!("it holds a `{name}` of version {version}, not of version {VERSION}")));
+        let wanted = format!("this program reads `{learner}` of version {VERSION}");
+        return Err(damaged(format!("it holds `{name}` of version {version}, {wanted}")));
     }
     postcard::from_bytes(rest).map_err(|e| damaged(e.to_string()))
 }
@@ -61,5 +67,12 @@ mod tests {
         let bytes = seal("tile", &vec![1.5_f64, -2.0]);
         assert_eq!(open::<Vec<f64>>("tile", &bytes).unwrap(), [1.5, -2.0]);
         assert!(open::<Vec<f64>>("mlp", &bytes).is_err());
+    }
+
+    #[test]
+    fn another_version_is_refused_by_name() {
+        let bytes = seal_as(VERSION - 1, "tile", &vec![1.5_f64]);
+        let said = open::<Vec<f64>>("tile", &bytes).unwrap_err().to_string();
+        assert!(said.contains("it holds `tile` of version 1, this program reads `tile` of version 2"), "{said}");
     }
 }

@@ -7,7 +7,7 @@ import pytest
 
 GUIDE = Path(__file__).parents[2] / "docs" / "guide"
 PAGES = sorted(page.name for page in GUIDE.glob("python*.md"))
-NEEDS = {"python-experts.md": "sklearn", "python-data.md": "pandas"}
+NEEDS = {"python-experts.md": "sklearn", "python-data.md": "pandas", "python-sweeps.md": "optuna"}
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -72,6 +72,9 @@ pub struct Faults {
     pub sensors: Vec<String>,
     /// Two sensors that answer in each other's place.
     pub crossed: Option<(String, String)>,
+    /// Sensors of another make, which show the lowest for the highest and the highest for the lowest: they tell as much, in
+    /// another language.
+    pub inverted: Vec<String>,
 }
 
 /// Why a world cannot have these faults: the field, and what was found and is allowed.
@@ -102,8 +105,10 @@ impl Faults {
             }
             _ => {}
         }
-        if let Some(name) = self.sensors.iter().find(|name| spec.sensor(name).is_none()) {
-            return refuse("sensors", format!("`{name}` is no sensor of {}", spec.id));
+        for (field, names) in [("sensors", &self.sensors), ("inverted", &self.inverted)] {
+            if let Some(name) = names.iter().find(|name| spec.sensor(name).is_none()) {
+                return refuse(field, format!("`{name}` is no sensor of {}", spec.id));
+            }
         }
         let Some((a, b)) = &self.crossed else { return Ok(()) };
         let length = |name: &str| spec.sensor(name).map(|s| spec.sensors[s].features.len());
@@ -128,6 +133,7 @@ pub struct Faulty {
     faults: Faults,
     suspects: IndexSet,
     crossed: Option<(usize, usize)>,
+    inverted: IndexSet,
     episode: Streams,
     step: usize,
     /// Who fails in this episode.
@@ -150,6 +156,7 @@ impl Faulty {
         let crossed = faults.crossed.as_ref().and_then(|(a, b)| Some((spec.sensor(a)?, spec.sensor(b)?)));
         Ok(Self {
             suspects: faults.suspects(spec),
+            inverted: faults.inverted.iter().filter_map(|name| spec.sensor(name)).collect(),
             crossed,
             faults,
             inner,
@@ -168,6 +175,16 @@ impl Faulty {
             Some((a, b)) if sensor == b => a,
             _ => sensor,
         }
+    }
+
+    /// What the device at the place of `sensor` shows while nothing is wrong with it.
+    fn show(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
+        self.inner.sense(self.wired(sensor), out)?;
+        if self.inverted.contains(sensor) {
+            let features = &self.inner.spec().sensors[sensor].features;
+            out.iter_mut().zip(features).for_each(|(x, feature)| *x = feature.low + feature.high - *x);
+        }
+        Ok(())
     }
 
     fn draw(&mut self, seed: u64) {
@@ -193,11 +210,12 @@ impl Faulty {
             return Ok(());
         }
         for sensor in self.failing.iter() {
-            let source = self.wired(sensor);
-            let past = &mut self.past[sensor];
+            let mut past = std::mem::take(&mut self.past[sensor]);
             let (from, n) = (past.len(), self.inner.spec().sensors[sensor].features.len());
             past.resize(from + n, 0.0);
-            self.inner.sense(source, &mut past[from..])?;
+            let shown = self.show(sensor, &mut past[from..]);
+            self.past[sensor] = past;
+            shown?;
         }
         Ok(())
     }
@@ -252,7 +270,7 @@ impl Environment for Faulty {
     }
 
     fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
-        self.inner.sense(self.wired(sensor), out)?;
+        self.show(sensor, out)?;
         if let Some(fault) = self.faults.fault.filter(|_| self.failing.contains(sensor)) {
             self.spoil(fault, sensor, out);
         }
@@ -369,6 +387,33 @@ mod tests {
     }
 
     #[test]
+    fn a_sensor_of_another_make_shows_the_opposite() {
+        let inverted = vec!["LN".to_owned(), "IR".to_owned()];
+        let mut plain = road();
+        let mut other = Faulty::new(road(), Faults { inverted, ..Faults::default() }).unwrap();
+        (plain.reset(5).unwrap(), other.reset(5).unwrap());
+        let spec = plain.spec().clone();
+        for (sensor, told) in spec.sensors.iter().enumerate() {
+            let (was, is) = (read(plain.as_mut(), sensor), read(&mut other, sensor));
+            for ((was, is), feature) in was.into_iter().zip(is).zip(&told.features) {
+                let turned = ["LN", "IR"].contains(&told.name.as_str());
+                assert_eq!(is, if turned { feature.low + feature.high - was } else { was }, "{}", told.name);
+            }
+        }
+        let frozen = Faults {
+            fault: Some(Fault::Frozen),
+            rate: 1.0,
+            inverted: vec!["LN".to_owned()],
+            ..Faults::default()
+        };
+        let mut frozen = Faulty::new(road(), frozen).unwrap();
+        frozen.reset(5).unwrap();
+        assert_eq!(read(&mut frozen, 1), read(&mut other, 1));
+        frozen.step(0).unwrap();
+        assert_eq!(read(&mut frozen, 1), read(&mut other, 1), "what it showed when the episode began");
+    }
+
+    #[test]
     fn a_sensor_that_fails_at_one_rate_fails_at_every_higher_one() {
         let failing = |rate, seed| {
             let faults = Faults { fault: Some(Fault::Dead), rate, ..Faults::default() };
@@ -398,6 +443,7 @@ mod tests {
         assert!(refused(cross("LN", "IR")).contains("alike"));
         assert!(refused(Faults { rate: 1.5, ..Faults::default() }).contains("in [0, 1]"));
         assert!(refused(Faults { sensors: vec!["EAR".into()], ..Faults::default() }).contains("no sensor"));
+        assert!(refused(Faults { inverted: vec!["EAR".into()], ..Faults::default() }).contains("inverted"));
         let noisy = Faults { fault: Some(Fault::Noisy(f64::NAN)), ..Faults::default() };
         assert!(refused(noisy).contains("noisy"));
     }

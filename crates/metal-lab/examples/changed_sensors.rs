@@ -56,7 +56,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         let rounds = format!("attention.acl.counterfactual.iterations={iterations}");
         let there = inverted(&load(&[&steps, &rounds])?)?;
         let again = train_up_to(&there, "attention", &streams.child("again"), &Silent)?.mind;
-        tell(&format!("readings, attention learned anew, {iterations} iterations"), &there, &again, &streams)?;
+        tell(
+            &format!("readings, attention learned anew, {iterations} iterations"),
+            &there,
+            &again,
+            &streams,
+        )?;
     }
     Ok(())
 }

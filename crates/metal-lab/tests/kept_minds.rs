@@ -56,7 +56,7 @@ fn minds_that_were_written_before_open_or_the_version_was_raised() {
     if std::env::var_os("UPDATE_EXPECT").is_some() {
         write();
     }
-    let advice = "A frozen structure changed. Raise VERSION in crates/metal-rl/src/learners/frozen.rs (old minds are then \
+    let advice = "A frozen structure changed. Raise its version in crates/metal-rl/src/learners/frozen.rs (old ones are then \
                   refused by name), and write the folder anew: UPDATE_EXPECT=1 cargo test -p metal-lab --test kept_minds";
     let minds = refrozen().unwrap_or_else(|e| panic!("{e}\n{advice}"));
     let scratch = Store::create(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("kept")).unwrap();

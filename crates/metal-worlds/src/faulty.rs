@@ -391,7 +391,8 @@ mod tests {
         let inverted = vec!["LN".to_owned(), "IR".to_owned()];
         let mut plain = road();
         let mut other = Faulty::new(road(), Faults { inverted, ..Faults::default() }).unwrap();
-        (plain.reset(5).unwrap(), other.reset(5).unwrap());
+        plain.reset(5).unwrap();
+        other.reset(5).unwrap();
         let spec = plain.spec().clone();
         for (sensor, told) in spec.sensors.iter().enumerate() {
             let (was, is) = (read(plain.as_mut(), sensor), read(&mut other, sensor));

@@ -56,7 +56,8 @@ pub(super) fn follow(desk: &Desk<'_>, minds: &Minds, fault: Fault) -> Result<Opt
         let mut diary = Diary::new(sensor);
         let mut mind = Mind::thaw(&plan, &minds[seed][phase].mind.freeze_for(&desk.plan))?;
         let name = plan.spec.sensors[sensor].name.clone();
-        let broken = Faults { fault: Some(fault), rate: 1.0, sensors: vec![name.clone()], ..Faults::default() };
+        let broken =
+            Faults { fault: Some(fault), rate: 1.0, sensors: vec![name.clone()], ..Faults::default() };
         for (stage, faults) in [Faults::default(), broken, Faults::default()].into_iter().enumerate() {
             let streams = desk.seed(seed).child("comeback").nth(stage as u64);
             let world = desk.broken(faults);

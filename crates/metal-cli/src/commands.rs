@@ -8,6 +8,7 @@ use clap::CommandFactory;
 use metal_lab::bench::{self, BenchOptions};
 use metal_lab::checkpoint::{self, Begun, Checkpoint, Job, Ledger};
 use metal_lab::demonstrations::Demonstrations;
+use metal_lab::figures::markdown::banded;
 use metal_lab::plan::{self, Plan};
 use metal_lab::registry::Roads;
 use metal_lab::reproduce::{Options, execute_kept, planned_steps, quick};
@@ -250,7 +251,17 @@ fn evaluate(eval: &Eval) -> anyhow::Result<()> {
     }
     let scenarios = results.policies.values().next().into_iter().flat_map(|s| s.keys());
     let tables: Vec<String> = scenarios.map(|scenario| table::text(&results.policies, scenario)).collect();
-    say(&format!("roads: {}\n\n{}", results.roads, tables.join("\n")))
+    say(&format!("roads: {}\n\n{}{}", results.roads, tables.join("\n"), ratios(&results)))
+}
+
+/// How many times the cost of everybody else attention costs, a line each; nothing if nobody attends.
+fn ratios(results: &Results) -> String {
+    let whole = results.ratios.iter().filter(|(name, _)| !name.contains(" in "));
+    let lines: Vec<String> = whole.map(|(name, ratio)| format!("{name:40} {}\n", banded(ratio))).collect();
+    if lines.is_empty() {
+        return String::new();
+    }
+    format!("\ntotal cost by that of others, mean of the scenarios, paired by training\n{}", lines.concat())
 }
 
 fn roads(eval: &Eval) -> anyhow::Result<Option<Roads>> {

@@ -62,6 +62,13 @@ fn what_a_run_writes_can_be_read_drawn_and_driven_again() {
     let mut policies = results.policies;
     policies.remove("best_fixed").expect("one of the fixed choices under a second name");
     assert_eq!(again.policies, policies);
+    let same = |name: &str| again.ratios[name] == results.ratios[name];
+    assert!(same("acl/foa") && same("acl/fusion"), "the same runs, the same ratios");
+    let best = results.best_fixed.as_ref().unwrap();
+    assert_eq!(again.ratios[&format!("acl/{best}")], results.ratios["acl/best_fixed"]);
+    let each =
+        ["free_road", "approaching", "from_behind"].map(|s| again.ratios[&format!("acl/foa in {s}")].mean);
+    assert!((each.iter().sum::<f64>() / 3.0 - again.ratios["acl/foa"].mean).abs() < 1e-9, "{each:?}");
     store.retire_rivals().unwrap();
     assert_eq!(store.rivals().unwrap().len(), 0, "a run that is begun anew does not take over old rivals");
 }

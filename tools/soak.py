@@ -3,9 +3,9 @@
 
     soak.py [--metal PROGRAM] [--hours 8]
 
-First `metal studio` trains the paper's phases with a page that reads every frame; then `metal run` trains them again
-with every step of learning recorded. Memory of both is sampled all the while, and the recording is counted. It fails if
-memory grows, if training slows down, or if a step is missing on the recording. Needs Linux; no part of ./test.
+First `metal studio` trains the paper's phases with a page that reads every frame and a recorder that writes every step;
+then `metal run` trains them again, and lives them again with a recorder. Memory is sampled all the while, and the steps on
+the recordings are counted. It fails if memory grows or if a step is missing. Needs Linux; no part of ./test.
 """
 
 import argparse
@@ -20,6 +20,7 @@ import sys
 import tempfile
 import threading
 import time
+import tomllib
 
 STEPS_PER_HOUR = 7200
 # A step of the world lasts half a second; so many of the hours belong to each phase.
@@ -87,6 +88,16 @@ def shortened(experiment, folder):
     return str(file)
 
 
+def is_whole(program, recording, wanted):
+    """Whether so many steps are on a recording (what it is of, its file); in a line."""
+    what, file = recording
+    table = subprocess.run([*program, "replay", file], capture_output=True, text=True, check=True)
+    found = sum(int(row.split()[1]) for row in table.stdout.splitlines() if re.match(r"\s*\d+\s+\d+\s", row))
+    megabytes = pathlib.Path(file).stat().st_size / 1e6
+    print(f"recording of {what}: {found} of {wanted} steps, {megabytes:.0f} MB")
+    return found == wanted
+
+
 def page_of(url):
     """A page of the studio: a WebSocket by hand."""
     address, path = re.fullmatch(r"http://([^/]+)(/.*)", url).groups()
@@ -124,8 +135,9 @@ def messages(page, stream):
 
 def watched(program, plan, hours, folder):
     """Trains in the studio with a page that reads everything."""
-    process = subprocess.Popen([*program, "studio", "--experiment", plan, "--out", f"{folder}/studio", *budgets(hours)],
-                               stdout=subprocess.PIPE, text=True)
+    tape = f"{folder}/studio.mcap"
+    process = subprocess.Popen([*program, "studio", "--experiment", plan, "--out", f"{folder}/studio", "--record", tape,
+                                *budgets(hours)], stdout=subprocess.PIPE, text=True)
     memory = Memory(process)
     memory.start()
     url = re.search(r"http://\S+", process.stdout.readline()).group(0)
@@ -145,7 +157,10 @@ def watched(program, plan, hours, folder):
     state = marks[-1][1]["state"] if marks else "never began"
     total = sum(steps(phase, hours) for phase in SHARES)
     print(f"studio: {total} steps, training {state} after {end - start:.0f} s, {frames} frames read")
-    return state == "finished" and judge("studio", memory.between(start, end))
+    sound = [state == "finished", judge("studio", memory.between(start, end))]
+    shown = tomllib.loads(pathlib.Path(plan).read_text())["phase"]["demonstration"]["budget"]["steps"]
+    sound.append(is_whole(program, ("the studio", tape), total + shown))
+    return all(sound)
 
 
 def recorded(program, plan, hours, folder):
@@ -166,13 +181,8 @@ def recorded(program, plan, hours, folder):
     print(f"run: exit code {code}; trained for {trained - start:.0f} s, recorded for {end - trained:.0f} s")
     sound = [judge("training", memory.between(start, trained)), judge("recording", memory.between(trained, end))]
     sound = code == 0 and all(sound)
-    for phase in SHARES:
-        table = subprocess.run([*program, "replay", f"{folder}/{phase}.mcap"], capture_output=True, text=True, check=True)
-        found = sum(int(row.split()[1]) for row in table.stdout.splitlines() if re.match(r"\s*\d+\s+\d+\s", row))
-        megabytes = pathlib.Path(f"{folder}/{phase}.mcap").stat().st_size / 1e6
-        print(f"recording of {phase}: {found} of {steps(phase, hours)} steps, {megabytes:.0f} MB")
-        sound &= found == steps(phase, hours)
-    return sound
+    whole = [is_whole(program, (phase, f"{folder}/{phase}.mcap"), steps(phase, hours)) for phase in SHARES]
+    return sound and all(whole)
 
 
 def main():

@@ -311,6 +311,9 @@ pub struct Studio {
     /// Override a field of the experiment, as in `metal run`; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", conflicts_with = "run")]
     pub set: Vec<String>,
+    /// Record every step of a training that is started from the page (MCAP; a new file)
+    #[arg(long, value_name = "FILE", conflicts_with = "robot")]
+    pub record: Option<PathBuf>,
     /// Watch a body that the run's minds drive: epuck:///dev/rfcomm0, epuck2://HOST:PORT or webots://HOST:PORT/NAME
     #[arg(long, value_name = "ADDRESS", requires = "run")]
     pub robot: Option<metal_robots::Address>,

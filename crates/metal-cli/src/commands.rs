@@ -200,6 +200,7 @@ fn open_studio(wishes: &Studio) -> anyhow::Result<()> {
     let robot = robots::watched(wishes)?;
     let emergency = robot.as_ref().map(|robot| robot.emergency.clone());
     robot.map_or(Ok(()), |robot| subject.embody(robot))?;
+    wishes.record.as_ref().map_or(Ok(()), |path| subject.record(path))?;
     let options = server::Options {
         address: wishes.bind,
         port: wishes.port,

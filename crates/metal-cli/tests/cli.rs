@@ -105,8 +105,11 @@ fn the_studio_shows_roads_and_leaves_finished_runs_alone() {
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("results.json"), "{}").unwrap();
     let taken = complaint(1, &["studio", "--out", folder.to_str().unwrap()]);
-    std::fs::remove_dir_all(&folder).unwrap();
+    std::fs::remove_file(folder.join("results.json")).unwrap();
     assert!(taken.contains("holds a finished run") && taken.contains("--run"), "{taken}");
+    let there = complaint(1, &["studio", "--out", folder.to_str().unwrap(), "--record", toy]);
+    assert!(there.contains("toy.toml: exists") && there.contains("--record"), "{there}");
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]

@@ -249,8 +249,7 @@ impl Take<'_> {
         streams: &Streams,
         tape: &Tape,
     ) -> Result<(), RunError> {
-        let start = if shows_itself(of) { Recorder::thorough } else { Recorder::new };
-        let mut world = start(classroom(of.0, of.1)?, tape.clone());
+        let mut world = recorder(of, classroom(of.0, of.1)?, tape);
         let seen = Cell::new(0);
         let enough = || self.episodes > 0 && seen.get() >= self.episodes;
         let mut observer = Clerk { beliefs: Beliefs(tape.clone()), seen: &seen, enough: &enough };
@@ -266,6 +265,12 @@ impl Take<'_> {
         tape.go_on();
         if self.progress.interrupted() { Err(RunError::Interrupted) } else { Ok(()) }
     }
+}
+
+/// A recorder around the `world` in which a phase is learned; it reads everything if that is worth it.
+pub fn recorder<E: Environment>(of: (&Plan, &str), world: E, tape: &Tape) -> Recorder<E> {
+    let start = if shows_itself(of) { Recorder::thorough } else { Recorder::new };
+    start(world, tape.clone())
 }
 
 /// Whether the world's own expert drives: what it shows is worth being seen by all sensors.

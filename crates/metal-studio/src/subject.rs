@@ -7,10 +7,11 @@ use metal_lab::plan::{self, Acting, Plan, PlanError};
 use metal_lab::results::Results;
 use metal_lab::store::{Store, StoreError};
 use metal_lab::train::RunError;
+use metal_recording::{Tape, TapeError};
 use metal_rl::random::Streams;
 use metal_rl::set::IndexSet;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Somebody who can be put at the wheel.
@@ -51,6 +52,7 @@ pub struct Subject {
     pub drivers: Vec<Driver>,
     /// The body they drive, if it is not the simulated one.
     pub(crate) robot: Option<Robot>,
+    recording: Option<PathBuf>,
     unfinished: Option<Unfinished>,
     blind: usize,
     minds: BTreeMap<Home, Arc<Mind>>,
@@ -71,7 +73,7 @@ pub enum SubjectError {
     Run(#[from] RunError),
     /// The folder belongs to a run that was not made here.
     #[error("{}: holds a finished run; open it with --run, or name another folder with --out", .0.display())]
-    Taken(std::path::PathBuf),
+    Taken(PathBuf),
     /// The world is no road.
     #[error("the studio shows roads, and {0} is none; choose an experiment in the highway")]
     NoRoad(String),
@@ -89,6 +91,17 @@ pub enum SubjectError {
     /// The scripted expert knows the simulated world only.
     #[error("{0}: the scripted expert drives only in simulation; for a body choose a trained mind")]
     NoExpert(String),
+    /// A recording that is there already.
+    #[error("{}: exists; a training is recorded in a new file: move it away, or name another with --record", .0.display())]
+    Recorded(PathBuf),
+    /// A recording that cannot be written.
+    #[error("{}: {reason}", path.display())]
+    Recording {
+        /// The recording.
+        path: PathBuf,
+        /// Why not.
+        reason: TapeError,
+    },
 }
 
 impl Subject {
@@ -156,6 +169,7 @@ impl Subject {
             results,
             drivers,
             robot: None,
+            recording: None,
             unfinished: None,
             blind: 0,
             minds,
@@ -176,6 +190,28 @@ impl Subject {
         }
         self.robot = Some(robot);
         Ok(())
+    }
+
+    /// Has every training that is started from now on recorded in the file at `path`, which must not be there yet.
+    ///
+    /// # Errors
+    /// If it is there.
+    pub fn record(&mut self, path: &Path) -> Result<(), SubjectError> {
+        if path.exists() {
+            return Err(SubjectError::Recorded(path.to_path_buf()));
+        }
+        self.recording = Some(path.to_path_buf());
+        Ok(())
+    }
+
+    /// What a training by `plan` is recorded on, if somebody wishes that.
+    pub(crate) fn tape(&self, plan: &Plan) -> Result<Option<Tape>, SubjectError> {
+        let Some(path) = self.recording.clone() else { return Ok(None) };
+        if path.exists() {
+            return Err(SubjectError::Recorded(path));
+        }
+        let tape = Tape::create(&path, &plan.spec);
+        tape.map(Some).map_err(|reason| SubjectError::Recording { path, reason })
     }
 
     /// Rows of the plan's comparison whose minds are at `home`.

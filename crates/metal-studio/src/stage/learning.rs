@@ -26,7 +26,8 @@ impl Stage {
         }
         self.taken_in.clear();
         self.run_kept = false;
-        let training = Training::start(Syllabus { plan, seed: SEED, hub: self.hub.clone() })?;
+        let tape = self.subject.tape(&plan)?;
+        let training = Training::start(Syllabus { plan, seed: SEED, hub: self.hub.clone(), tape })?;
         *crate::hub::lock(&self.shared) = Some(training.learned.clone());
         self.training = Some(training);
         self.hub.show_training(true);

@@ -13,9 +13,11 @@ use crate::learned::Learned;
 use metal_lab::evaluate::{Course, best_blind_action};
 use metal_lab::mind::Mind;
 use metal_lab::plan::{Acting, Plan};
+use metal_lab::recorded::recorder;
 use metal_lab::registry::Roads;
 use metal_lab::trace::Trace;
 use metal_lab::train::{RunError, Watch, learn_phase};
+use metal_recording::{Beliefs, Tape};
 use metal_rl::policy::Heard;
 use metal_rl::random::Streams;
 use std::sync::Arc;
@@ -45,6 +47,8 @@ pub struct Syllabus {
     pub seed: u64,
     /// Where frames go.
     pub hub: Arc<Hub>,
+    /// Where every step of learning is recorded, if anywhere.
+    pub tape: Option<Tape>,
 }
 
 impl Training {
@@ -58,13 +62,22 @@ impl Training {
         let (of_thread, book) = (control.clone(), learned.clone());
         let plan = syllabus.plan.clone();
         let thread = std::thread::Builder::new().name("training".to_owned()).spawn(move || {
-            match learn(&syllabus, &of_thread, &book) {
-                Ok(()) => of_thread.set(State::Finished),
-                Err(_) if of_thread.state() == State::Stopped => {}
-                Err(error) => {
-                    book.fail(&error.to_string());
+            let learned = learn(&syllabus, &of_thread, &book);
+            // What was recorded until something failed is worth keeping.
+            let recorded = syllabus.tape.as_ref().map_or(Ok(()), Tape::finish);
+            let failure = match (learned, recorded) {
+                (Err(error), _) if of_thread.state() != State::Stopped => Some(error.to_string()),
+                (_, Err(error)) => {
+                    Some(format!("what is learned is kept, but the recording is not whole: {error}"))
+                }
+                _ => None,
+            };
+            match failure {
+                Some(failure) => {
+                    book.fail(&failure);
                     of_thread.set(State::Failed);
                 }
+                None => of_thread.set(State::Finished),
             }
             syllabus.hub.order(crate::hub::Order::Refresh);
         })?;
@@ -102,9 +115,14 @@ fn learn(syllabus: &Syllabus, control: &Arc<Control>, learned: &Learned) -> Resu
         let mut mind = parent.and_then(|p| learned.mind(p)).unwrap_or_else(|| newborn.clone());
         learned.begin(&name);
         let tap = Tap::new(syllabus, &name);
-        let mut observer = Eye { tap: &tap, learned, trace: Trace::new(&plan.spec) };
+        let (trace, beliefs) = (Trace::new(&plan.spec), syllabus.tape.clone().map(Beliefs));
+        let mut observer = Eye { tap: &tap, learned, trace, beliefs };
         let mut ear = |heard: &Heard<'_>| tap.hear(heard);
         let mut shown = world(plan, &name, (control, &tap))?;
+        if let Some(tape) = &syllabus.tape {
+            tape.text("/phase", &name);
+            shown = Box::new(recorder((plan, &name), shown, tape));
+        }
         let progress = &Patience { control };
         let watch = Watch { environment: shown.as_mut(), observer: &mut observer, ear: &mut ear, progress };
         learn_phase(plan, &name, &mut mind, &streams, watch)?;
@@ -163,8 +181,8 @@ mod tests {
         Arc::new(plan::Plan::check(file).unwrap())
     }
 
-    fn start(hub: &Arc<Hub>) -> Training {
-        Training::start(Syllabus { plan: short_plan(), seed: 1, hub: hub.clone() }).unwrap()
+    fn start(hub: &Arc<Hub>, tape: Option<Tape>) -> Training {
+        Training::start(Syllabus { plan: short_plan(), seed: 1, hub: hub.clone(), tape }).unwrap()
     }
 
     fn hub() -> (Arc<Hub>, std::sync::mpsc::Receiver<crate::hub::Order>) {
@@ -173,7 +191,8 @@ mod tests {
     }
 
     #[test]
-    fn a_watched_run_learns_the_same_bits_as_the_lab() {
+    fn a_watched_and_recorded_run_learns_the_same_bits_as_the_lab() {
+        let file = std::env::temp_dir().join(format!("metal-studio-tape-{}.mcap", std::process::id()));
         let (hub, _stage) = hub();
         hub.enter();
         hub.show_training(true);
@@ -184,7 +203,7 @@ mod tests {
                 looking.want();
             }
         });
-        let mut training = start(&hub);
+        let mut training = start(&hub, Some(Tape::create(&file, &short_plan().spec).unwrap()));
         training.join();
         assert_eq!(training.control.state(), State::Finished);
         stop.send(()).unwrap();
@@ -192,11 +211,19 @@ mod tests {
         let streams = Streams::new(1).child("report").nth(0);
         let alone =
             metal_lab::train::train_seed(&short_plan(), &streams, &metal_lab::progress::Silent).unwrap();
-        for phase in ["demonstration", "fusion", "attention"] {
+        let order = ["demonstration", "fusion", "attention"];
+        for phase in order {
             let watched = training.learned.mind(phase).unwrap();
             let none = std::collections::BTreeMap::new();
             assert!(watched.freeze(&none) == alone[phase].mind.freeze(&none), "{phase}");
         }
+        let happened = order.iter().flat_map(|&phase| &alone[phase].trace.episodes);
+        let happened: Vec<(usize, f64)> = happened.map(|e| (e.looks.len(), e.motor)).collect();
+        assert_eq!(recorded(&file).len(), happened.len());
+        for (recorded, happened) in recorded(&file).into_iter().zip(happened) {
+            assert_eq!(recorded, happened, "steps and motor reward of an episode");
+        }
+        std::fs::remove_file(&file).unwrap();
         let frames = hub.lately(1000);
         assert!(frames.iter().any(|f| f.phase.as_deref() == Some("attention")), "{} frames", frames.len());
         let frame = frames.iter().rfind(|f| f.phase.as_deref() == Some("attention")).unwrap();
@@ -204,10 +231,20 @@ mod tests {
         assert_ne!(frame.lanes[0].from, frame.lanes[0].to);
     }
 
+    /// Motor steps and the sum of their rewards, by episode.
+    fn recorded(file: &std::path::Path) -> Vec<(usize, f64)> {
+        let replay = metal_recording::Replay::open(file).unwrap();
+        let rewards = |steps: &Vec<metal_recording::replay::Recorded>| {
+            let rewards = steps.iter().filter_map(|s| s.moved).map(|(_, outcome)| outcome.motor_reward);
+            (rewards.clone().count(), rewards.sum())
+        };
+        replay.episodes().iter().map(rewards).collect()
+    }
+
     #[test]
     fn a_run_is_held_goes_on_and_is_stopped() {
         let (hub, _stage) = hub();
-        let mut training = start(&hub);
+        let mut training = start(&hub, None);
         training.control.set(State::Paused);
         std::thread::sleep(Duration::from_millis(50));
         let held = training.learned.episodes();

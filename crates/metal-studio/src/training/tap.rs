@@ -8,6 +8,7 @@ use crate::learned::{Episode, Learned};
 use metal_lab::plan::{Acting, Plan};
 use metal_lab::trace::Trace;
 use metal_lab::train::{RunError, classroom};
+use metal_recording::Beliefs;
 use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
 use metal_rl::member::Member;
 use metal_rl::observe::{Observer, Step};
@@ -193,11 +194,16 @@ pub(super) struct Eye<'a> {
     pub tap: &'a Tap,
     pub learned: &'a Learned,
     pub trace: Trace,
+    /// Somebody writes down what is believed, too.
+    pub beliefs: Option<Beliefs>,
 }
 
 impl Observer for Eye<'_> {
     fn on_step(&mut self, step: &Step<'_>) {
         self.trace.on_step(step);
+        if let Some(beliefs) = &mut self.beliefs {
+            beliefs.on_step(step);
+        }
         self.tap.step(step);
     }
 

@@ -207,12 +207,24 @@ impl Gaussians {
     /// compiled for wide vectors has it wide.
     #[inline(always)]
     pub fn distances_of(&self, groups: Range<usize>, s: &[f64], out: &mut [Lane]) {
-        if !self.full {
-            self.diagonal_distances_of(groups, s, out);
-        } else if self.dims <= SMALL {
-            self.full_distances_of(groups, s, (&mut [[0.0; LANES]; SMALL], out));
-        } else {
-            self.full_distances_of(groups, s, (&mut [[0.0; LANES]; MAX_FULL], out));
+        match self.dims {
+            _ if !self.full => self.diagonal_distances_of(groups, s, out),
+            2 => self.few_full_distances_of::<2>(groups, s, out),
+            3 => self.few_full_distances_of::<3>(groups, s, out),
+            4 => self.few_full_distances_of::<4>(groups, s, out),
+            ..=SMALL => self.full_distances_of(groups, s, (&mut [[0.0; LANES]; SMALL], out)),
+            _ => self.full_distances_of(groups, s, (&mut [[0.0; LANES]; MAX_FULL], out)),
+        }
+    }
+
+    /// [`Self::full_distances_of`], compiled for one number of dimensions, so that loops over them are unrolled.
+    #[inline(always)]
+    fn few_full_distances_of<const DIMS: usize>(&self, groups: Range<usize>, s: &[f64], out: &mut [Lane]) {
+        let (s, rows) = (&s[..DIMS], &mut [[0.0; LANES]; DIMS]);
+        for (group, out) in groups.zip(out) {
+            let range = group * DIMS..(group + 1) * DIMS;
+            let factors = &self.factors[group * at(DIMS, 0)..][..at(DIMS, 0)];
+            *out = full_distances((&self.means[range.clone()], &self.inverses[range], factors), s, rows);
         }
     }
 

@@ -163,6 +163,13 @@ def watched(program, plan, hours, folder):
     return all(sound)
 
 
+def until(process, happened):
+    """Waits for something that a process does; when that was."""
+    while process.poll() is None and not happened():
+        time.sleep(SAMPLE_SECONDS)
+    return time.monotonic()
+
+
 def recorded(program, plan, hours, folder):
     """Trains without anybody watching, then lives it again with a recorder."""
     words = budgets(hours)
@@ -173,13 +180,14 @@ def recorded(program, plan, hours, folder):
                                 "--set", "evaluation.runs=8", *words], stdout=subprocess.DEVNULL)
     memory = Memory(process)
     memory.start()
+    # Saved when the last phase is learned; tests and the report, which need memory of their own, come between.
+    trained = until(process, lambda: any(pathlib.Path(folder, "run/checkpoint").glob(f"train_*_{list(SHARES)[-1]}-*")))
     tapes = [pathlib.Path(folder, f"{phase}.mcap") for phase in SHARES]
-    while process.poll() is None and not any(tape.exists() for tape in tapes):
-        time.sleep(SAMPLE_SECONDS)
-    trained, code = time.monotonic(), process.wait()
+    tested, code = until(process, lambda: any(tape.exists() for tape in tapes)), process.wait()
     end = time.monotonic()
-    print(f"run: exit code {code}; trained for {trained - start:.0f} s, recorded for {end - trained:.0f} s")
-    sound = [judge("training", memory.between(start, trained)), judge("recording", memory.between(trained, end))]
+    print(f"run: exit code {code}; trained for {trained - start:.0f} s, tested and reported for {tested - trained:.0f} s, "
+          f"recorded for {end - tested:.0f} s")
+    sound = [judge("training", memory.between(start, trained)), judge("recording", memory.between(tested, end))]
     sound = code == 0 and all(sound)
     whole = [is_whole(program, (phase, f"{folder}/{phase}.mcap"), steps(phase, hours)) for phase in SHARES]
     return sound and all(whole)

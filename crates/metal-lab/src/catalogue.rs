@@ -31,6 +31,11 @@ const ENTRIES: &[(&str, &str, &str)] = &[
     ("learner", "igmn", "incremental Gaussian network over state and value, corrected"),
     ("learner", "tile", "tile coding"),
     ("learner", "mlp", "a small neural network with replay"),
+    (
+        "learner",
+        "calibrated",
+        "another learner (`of`); a support is the probability that the action turns out best",
+    ),
     ("learner", "given", "no learning: the sensor's reading is the expert's opinion"),
     ("acting", "\"advisor\"", "the environment's expert advisor (Phase I; the oracle)"),
     (

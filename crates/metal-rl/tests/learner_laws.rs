@@ -2,7 +2,9 @@
 
 use metal_rl::learner::{Dims, Learner, LearnerError, Rate, Sample};
 use metal_rl::learners::absp::{Covariance, DosRule, MixtureConfig, Shape};
-use metal_rl::learners::{AbspConfig, BayesMixConfig, IgmnConfig, LearnerConfig, MlpConfig, TileConfig};
+use metal_rl::learners::{
+    AbspConfig, BayesMixConfig, CalibratedConfig, IgmnConfig, LearnerConfig, MlpConfig, TileConfig,
+};
 use metal_rl::num;
 use metal_rl::random::Rng;
 use proptest::prelude::*;
@@ -12,6 +14,10 @@ const DIMS: Dims = Dims { inputs: 3, choices: 4 };
 fn absp(covariance: Covariance, shape: Shape, dos: DosRule) -> LearnerConfig {
     let mixture = MixtureConfig { covariance, shape, cap: 20, ..MixtureConfig::default() };
     LearnerConfig::Absp(AbspConfig { mixture, dos })
+}
+
+fn calibrated(of: LearnerConfig) -> LearnerConfig {
+    LearnerConfig::Calibrated(CalibratedConfig { of: Box::new(of), memory: 100.0 })
 }
 
 /// Every learner, in every variant that runs other code.
@@ -29,6 +35,7 @@ fn all() -> Vec<LearnerConfig> {
         LearnerConfig::Tile(TileConfig { memory: 512, ..TileConfig::default() }),
         LearnerConfig::Tile(TileConfig { memory: 8192, ..TileConfig::default() }),
         LearnerConfig::Mlp(MlpConfig { hidden: vec![24], capacity: 100, ..MlpConfig::default() }),
+        calibrated(LearnerConfig::Tile(TileConfig { memory: 512, ..TileConfig::default() })),
     ]
 }
 

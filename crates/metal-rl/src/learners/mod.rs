@@ -2,6 +2,7 @@
 
 pub mod absp;
 pub mod bayes_mix;
+pub mod calibrated;
 pub mod frozen;
 pub mod given;
 pub mod igmn;
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 pub use absp::{Absp, AbspConfig};
 pub use bayes_mix::{BayesMix, BayesMixConfig};
+pub use calibrated::{Calibrated, CalibratedConfig};
 pub use given::{Given, GivenConfig};
 pub use igmn::{Igmn, IgmnConfig};
 pub use mlp::{Mlp, MlpConfig};
@@ -36,6 +38,8 @@ pub enum LearnerConfig {
     Mlp(MlpConfig),
     /// No learning: the sensor's reading is an expert's opinion.
     Given(GivenConfig),
+    /// Another learner, its supports calibrated.
+    Calibrated(CalibratedConfig),
 }
 
 impl Default for LearnerConfig {
@@ -55,6 +59,7 @@ impl LearnerConfig {
             Self::Tile(_) => tile::NAME,
             Self::Mlp(_) => mlp::NAME,
             Self::Given(_) => given::NAME,
+            Self::Calibrated(_) => calibrated::NAME,
         }
     }
 
@@ -70,6 +75,7 @@ impl LearnerConfig {
             Self::Tile(config) => config.validate(),
             Self::Mlp(config) => config.validate(),
             Self::Given(_) => Ok(()),
+            Self::Calibrated(config) => config.validate(),
         }
     }
 
@@ -86,6 +92,7 @@ impl LearnerConfig {
             Self::Tile(config) => Box::new(Tile::new(config, dims)?),
             Self::Mlp(config) => Box::new(Mlp::new(config, dims, seed)?),
             Self::Given(_) => Box::new(Given::new(dims)?),
+            Self::Calibrated(config) => Box::new(Calibrated::new(config, dims, seed)?),
         })
     }
 
@@ -101,6 +108,7 @@ impl LearnerConfig {
             Self::Tile(config) => Box::new(Tile::thaw(config, bytes)?),
             Self::Mlp(config) => Box::new(Mlp::thaw(config, bytes)?),
             Self::Given(_) => Box::new(Given::thaw(bytes)?),
+            Self::Calibrated(config) => Box::new(Calibrated::thaw(config, bytes)?),
         })
     }
 }

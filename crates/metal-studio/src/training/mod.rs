@@ -223,6 +223,8 @@ mod tests {
         for (recorded, happened) in recorded(&file).into_iter().zip(happened) {
             assert_eq!(recorded, happened, "steps and motor reward of an episode");
         }
+        let on_tape = metal_recording::tape::index(&std::fs::read(&file).unwrap()).unwrap();
+        assert!(["/image_raw", "/supports/0"].iter().all(|topic| on_tape.iter().any(|(t, _)| t == topic)));
         std::fs::remove_file(&file).unwrap();
         let frames = hub.lately(1000);
         assert!(frames.iter().any(|f| f.phase.as_deref() == Some("attention")), "{} frames", frames.len());

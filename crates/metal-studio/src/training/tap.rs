@@ -9,7 +9,7 @@ use metal_lab::plan::{Acting, Plan};
 use metal_lab::trace::Trace;
 use metal_lab::train::{RunError, classroom};
 use metal_recording::Beliefs;
-use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome};
+use metal_rl::environment::{Environment, EnvironmentError, EnvironmentSpec, Outcome, Picture};
 use metal_rl::member::Member;
 use metal_rl::observe::{Observer, Step};
 use metal_rl::policy::Heard;
@@ -92,6 +92,13 @@ impl Environment for Shown<'_> {
         match &self.room {
             Room::Road(world) => world.measures(),
             Room::Recording(world) => world.measures(),
+        }
+    }
+
+    fn picture(&self) -> Option<Picture> {
+        match &self.room {
+            Room::Road(world) => world.picture(),
+            Room::Recording(world) => world.picture(),
         }
     }
 

@@ -109,6 +109,9 @@ fn the_studio_shows_roads_and_leaves_finished_runs_alone() {
     assert!(taken.contains("holds a finished run") && taken.contains("--run"), "{taken}");
     let there = complaint(1, &["studio", "--out", folder.to_str().unwrap(), "--record", toy]);
     assert!(there.contains("toy.toml: exists") && there.contains("--record"), "{there}");
+    let nowhere =
+        complaint(1, &["studio", "--out", folder.to_str().unwrap(), "--record", "/nowhere/at-all.mcap"]);
+    assert!(nowhere.contains("/nowhere/at-all.mcap: its folder is not there"), "{nowhere}");
     std::fs::remove_dir_all(&folder).unwrap();
 }
 

@@ -195,12 +195,18 @@ impl Subject {
     /// Has every training that is started from now on recorded in the file at `path`, which must not be there yet.
     ///
     /// # Errors
-    /// If it is there.
+    /// If it is there, or its folder is not.
     pub fn record(&mut self, path: &Path) -> Result<(), SubjectError> {
+        let path = path.to_path_buf();
         if path.exists() {
-            return Err(SubjectError::Recorded(path.to_path_buf()));
+            return Err(SubjectError::Recorded(path));
         }
-        self.recording = Some(path.to_path_buf());
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if folder.is_some_and(|folder| !folder.is_dir()) {
+            let reason = std::io::Error::new(std::io::ErrorKind::NotFound, "its folder is not there").into();
+            return Err(SubjectError::Recording { path, reason });
+        }
+        self.recording = Some(path);
         Ok(())
     }
 

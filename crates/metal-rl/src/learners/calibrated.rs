@@ -10,6 +10,7 @@
 //! a's outcome is the largest, if outcomes are values plus independent errors of a Gumbel distribution with standard deviation σ.
 
 use super::settings::Settings;
+use super::usual_error::UsualError;
 use super::{LearnerConfig, frozen};
 use crate::learner::{Bump, Dims, Learner, LearnerError, Rate, Sample};
 use crate::num;
@@ -49,38 +50,19 @@ impl CalibratedConfig {
     }
 }
 
-/// Running mean of squared errors.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Errors {
-    square: f64,
-    count: f64,
-}
-
-impl Errors {
-    fn take_in(&mut self, error: f64, memory: f64) {
-        self.count += 1.0;
-        self.square += (1.0 / self.count).max(1.0 / memory) * (error * error - self.square);
-    }
-
-    /// Temperature of the supports; none before the first error.
-    fn temperature(self) -> Option<f64> {
-        (self.count > 0.0).then(|| (SCALE * self.square.sqrt()).max(SMALLEST))
-    }
-}
-
 /// A learner with calibrated supports; see the [module](self). Its values are those of the learner inside.
 #[derive(Clone)]
 pub struct Calibrated {
     inner: Box<dyn Learner>,
     memory: f64,
-    errors: Errors,
+    errors: UsualError,
 }
 
 /// What is frozen.
 #[derive(Serialize, Deserialize)]
 struct Frozen {
     memory: f64,
-    errors: Errors,
+    errors: UsualError,
     inner: Vec<u8>,
 }
 
@@ -91,7 +73,7 @@ impl Calibrated {
     /// If a setting is outside its range.
     pub fn new(config: &CalibratedConfig, dims: Dims, seed: u64) -> Result<Self, LearnerError> {
         config.validate()?;
-        Ok(Self { inner: config.of.build(dims, seed)?, memory: config.memory, errors: Errors::default() })
+        Ok(Self { inner: config.of.build(dims, seed)?, memory: config.memory, errors: UsualError::default() })
     }
 
     /// The learner frozen in `bytes`.
@@ -105,6 +87,11 @@ impl Calibrated {
             return Err(frozen::foreign(NAME));
         }
         Ok(Self { inner: config.of.thaw(&inner)?, memory, errors })
+    }
+
+    /// Temperature of the supports; none before the first error.
+    fn temperature(&self) -> Option<f64> {
+        (self.errors.count > 0.0).then(|| (SCALE * self.usual_error()).max(SMALLEST))
     }
 
     /// σ, the standard deviation of its errors, in units of reward; 0 before the first.
@@ -124,7 +111,7 @@ impl Learner for Calibrated {
     }
 
     fn support(&self, state: &[f64], out: &mut [f64]) {
-        let Some(temperature) = self.errors.temperature() else {
+        let Some(temperature) = self.temperature() else {
             return self.inner.support(state, out);
         };
         self.inner.values(state, out);
@@ -132,7 +119,7 @@ impl Learner for Calibrated {
     }
 
     fn values_and_support(&self, state: &[f64], values: &mut [f64], support: &mut [f64]) {
-        let Some(temperature) = self.errors.temperature() else {
+        let Some(temperature) = self.temperature() else {
             return self.inner.values_and_support(state, values, support);
         };
         self.inner.values(state, values);
@@ -146,7 +133,7 @@ impl Learner for Calibrated {
 
     fn learn(&mut self, sample: Sample<'_>, rate: Rate) -> f64 {
         let error = self.inner.learn(sample, rate);
-        self.errors.take_in(error, self.memory);
+        self.errors.take_in(error, 1.0 / self.memory);
         error
     }
 

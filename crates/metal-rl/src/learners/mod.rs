@@ -10,6 +10,7 @@ pub mod mlp;
 pub mod nn;
 mod settings;
 pub mod tile;
+mod usual_error;
 
 use crate::learner::{Dims, Learner, LearnerError};
 use serde::{Deserialize, Serialize};

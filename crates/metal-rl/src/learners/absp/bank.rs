@@ -4,6 +4,7 @@ use super::frame::Frame;
 use super::mixture::{Facts, Lesson, Mixture};
 use super::scan::Scan;
 use crate::learner::{Rate, Sample};
+use crate::learners::usual_error::UsualError;
 use crate::num;
 use serde::{Deserialize, Serialize};
 
@@ -12,9 +13,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct Bank {
     pub frame: Frame,
     mixtures: Vec<Mixture>,
-    /// Running mean of squared errors, and the number of errors seen.
-    error_square: f64,
-    errors: f64,
+    errors: UsualError,
     #[serde(skip)]
     scratch: Vec<f64>,
 }
@@ -26,7 +25,7 @@ impl Bank {
     /// Empty mixtures.
     pub fn new(frame: Frame, choices: usize) -> Self {
         let mixtures = (0..choices).map(|_| Mixture::new(&frame)).collect();
-        Self { frame, mixtures, error_square: 0.0, errors: 0.0, scratch: Vec::new() }
+        Self { frame, mixtures, errors: UsualError::default(), scratch: Vec::new() }
     }
 
     /// One mixture per action.
@@ -46,7 +45,7 @@ impl Bank {
 
     /// Mean squared error so far (1 before the first error).
     pub fn error_variance(&self) -> f64 {
-        if self.error_square > 0.0 { self.error_square } else { 1.0 }
+        if self.errors.square > 0.0 { self.errors.square } else { 1.0 }
     }
 
     /// Learns one sample and returns the error before it.
@@ -54,8 +53,7 @@ impl Bank {
         assert_eq!(sample.state.len(), self.frame.dims, "length of the state");
         let scan = self.scan(sample.choice, sample.state);
         let error = sample.target - scan.value();
-        self.errors += 1.0;
-        self.error_square += (1.0 / self.errors).max(Self::ERROR_RATE) * (error * error - self.error_square);
+        self.errors.take_in(error, Self::ERROR_RATE);
         let surprise = (error / self.error_variance().sqrt()).clamp(-1.0, 1.0);
         let success = sample.demonstrated || sample.target >= self.best_value(sample, scan.value());
         let lesson = Lesson { state: sample.state, target: sample.target, error, success, rate, surprise };

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 pub struct Broken {
     /// The experiment file (the paper's if nothing is said)
     pub file: Option<PathBuf>,
-    /// Policies to try; the looks of the first one that can learn on are followed through a fault
+    /// Policies to try; the looks of those that choose them are followed through faults
     #[arg(long, num_args = 1.., value_name = "NAME", default_values = ["acl", "acl_phase3", "foa", "fusion"])]
     pub policy: Vec<String>,
     /// Faults of the tests
@@ -24,7 +24,7 @@ pub struct Broken {
     /// Faults of trainings of their own, at a rate of 0.25
     #[arg(long, num_args = 0.., value_name = "FAULT", default_values = ["nan", "noisy"], value_parser = NAMES)]
     pub train_with: Vec<String>,
-    /// Faults through which that policy learns on
+    /// Faults through which looks are followed, within episodes and while a mind learns on
     #[arg(long, num_args = 0.., value_name = "FAULT", default_values = ["nan", "dead"], value_parser = NAMES)]
     pub follow: Vec<String>,
     /// Episodes of learning before, during and after such a fault, and after a change of the world

@@ -499,3 +499,74 @@ fn a_ceiling_is_measured_beside_what_was_learned() {
     assert!(complaint(1, &[&quick[..], &["--chance", "2"]].concat()).contains("chance: 2: in (0, 1]"));
     assert!(complaint(1, &[&quick[..], &["--learned", "/nowhere"]].concat()).contains("not a run folder"));
 }
+
+/// The paper's experiment, too short to learn anything: every part of `metal faults` happens on it within seconds.
+const SHORT: [&str; 16] = [
+    "--set",
+    "phase.demonstration.budget.steps=60",
+    "--set",
+    "phase.fusion.budget.episodes=3",
+    "--set",
+    "phase.attention.budget.steps=200",
+    "--set",
+    "attention.acl.counterfactual.iterations=2",
+    "--set",
+    "attention.acl.counterfactual.validation_runs=1",
+    "--set",
+    "attention.acl.counterfactual.fit.batches=30",
+    "--set",
+    "phase.attention_phase3.budget.episodes=3",
+    "--set",
+    "attention.acl_phase3.settings.min_looks=1",
+];
+
+#[test]
+fn sensors_break_and_are_mended() {
+    let folder = temporary("faults");
+    let _ = std::fs::remove_dir_all(&folder);
+    let out = folder.to_str().unwrap();
+    let sizes = ["--seeds", "2", "--runs", "1", "--lasting", "6", "--fault", "nan", "dead", "--rate", "0.5"];
+    let what = ["--train-with", "nan", "--follow", "nan", "noisy", "--policy", "acl", "acl_phase3"];
+    let quick = [&["faults"][..], &SHORT, &sizes, &what].concat();
+    let text = output(&[&quick[..], &["--threads", "1", "--out", out]].concat());
+    for wanted in [
+        "### Sensors fail in the test only",
+        "### Sensors fail in training, too",
+        "within an episode, of the sensor that ACL, Phase III looks at most",
+        "| 50 to 59 | broken |",
+        "then mended; it learns on",
+        "### The world changes (Sec. 6.2); it learns on for 6 episodes",
+    ] {
+        assert!(text.contains(wanted), "{wanted} is missing in\n{text}");
+    }
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    assert_eq!(read("faults.md"), text);
+    let report: Value = serde_json::from_str(&read("faults.json")).unwrap();
+    let list = |name: &str| report[name].as_array().unwrap().clone();
+    assert_eq!(list("cells").len(), 2 * (1 + 2 + 2));
+    assert_eq!((list("comebacks").len(), list("changes").len()), (2, 4 * 2));
+    let interruptions = list("interruptions");
+    let who: Vec<String> = interruptions.iter().map(|i| format!("{} {}", i["policy"], i["fault"])).collect();
+    let wanted = ["acl", "acl_phase3"].map(|p| ["nan", "noisy"].map(|f| format!("{p:?} {f:?}")));
+    assert_eq!(who, wanted.concat());
+    for interruption in &interruptions {
+        let spells = interruption["spells"].as_array().unwrap();
+        assert_eq!(spells.len(), 15);
+        let before = spells.iter().filter(|s| s["sensor"] == "sound");
+        assert!(before.clone().all(|s| s["gain"]["mean"] == 0.0), "the same episodes until it breaks");
+        assert_eq!(before.count(), 5);
+        let there = |at: usize| spells[at]["looks_there"]["mean"].as_f64().unwrap();
+        if interruption["policy"] == "acl_phase3" && interruption["fault"] == "nan" {
+            assert!(there(5) < there(4), "silent members are left alone: {} {}", there(4), there(5));
+        }
+    }
+    for drawing in ["cost-nan", "accidents-dead", "looks-within-acl-nan", "looks-noisy"] {
+        assert!(read(&format!("faults-{drawing}.svg")).starts_with("<svg"), "{drawing}");
+    }
+    assert_eq!(output(&[&quick[..], &["--threads", "2"]].concat()), text);
+    let again = complaint(1, &[&quick[..], &["--out", out]].concat());
+    assert!(again.contains("faults.json: exists; replace it with --force"), "{again}");
+    let said = complaint(1, &["faults", "--policy", "oracle"]);
+    assert!(said.contains("policies: `oracle`: policies of the experiment that were trained"), "{said}");
+    assert!(complaint(1, &["faults", "--rate", "1.5"]).contains("rates: 1.5: in [0, 1]"));
+}

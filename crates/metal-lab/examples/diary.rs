@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release -p metal-lab --example diary -- experiments/attention.toml 1 adaptive MF+RF/2`
 //!
+//! `runs=1000` among the words: tested at the end in so many runs instead of 300; other words with `=` are settings of the experiment.
 //! The seed (or `1/3`: training 3, counted from 0, of a run with seed 1) is followed by whom to teach: `adaptive`, or the
 //! sensors to look at, with `/k` at every k-th motor step only.
 //! Costs are those on validation roads, and so is the anatomy of the best student that follows: what it pays for, and
@@ -30,29 +31,32 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => Streams::new(seed.parse()?),
     };
     let (settings, pupils): (Vec<String>, Vec<String>) = words.partition(|w| w.contains('='));
+    let (runs, settings): (Vec<String>, Vec<String>) =
+        settings.into_iter().partition(|w| w.starts_with("runs="));
+    let runs = runs.last().map_or(Ok(300), |word| word["runs=".len()..].parse())?;
     let plan = plan::load(Path::new(&file), &settings)?;
     for pupil in pupils {
         println!("{pupil}, seed {seed}");
-        teach(&plan, &pupil, &streams)?;
+        teach(&plan, &pupil, (runs, &streams))?;
     }
     Ok(())
 }
 
-/// Teaches `pupil`, and shows its diary and its anatomy.
-fn teach(plan: &Plan, pupil: &str, streams: &Streams) -> Result<(), Box<dyn Error>> {
+/// Teaches `pupil`, and shows its diary and its anatomy in so many runs.
+fn teach(plan: &Plan, pupil: &str, (runs, streams): (usize, &Streams)) -> Result<(), Box<dyn Error>> {
     if pupil == "adaptive" {
         let phase = plan.file.phase.get("attention").ok_or("the file has no phase `attention`")?;
         let trained = train_up_to(plan, "attention", streams, &Silent)?;
         print(&trained);
         let roster = plan.roster(&phase.roster);
         let candidate = Candidate { plan, mind: &trained.mind, acting: &phase.acting, roster, blind: 0 };
-        return dissect(&candidate, streams);
+        return dissect(&candidate, (runs, streams));
     }
     let rows = plan.file.subsets.as_ref().ok_or("the file has no [subsets]")?;
     let subset =
         train_subset(plan, rows, (Rival::parse(plan, "whom to teach", pupil)?, 1.0), streams, &Silent)?;
     print(&subset.trained);
-    dissect(&subset.candidate(), streams)
+    dissect(&subset.candidate(), (runs, streams))
 }
 
 fn print(trained: &Trained) {
@@ -69,8 +73,6 @@ fn print(trained: &Trained) {
     }
 }
 
-/// Runs in which a student is dissected.
-const RUNS: usize = 300;
 /// Steps since the last look that are told apart; all later ones are one.
 const AGES: usize = 6;
 /// Gaps to the nearest car that are told apart, in metres; what is farther is one.
@@ -78,7 +80,7 @@ const GAPS_M: [f64; 4] = [0.1, 0.25, 0.5, 1.0];
 /// Motor steps since the start at which parts of a run begin that are told apart: out of the wrong lane, to the car, past it.
 const PARTS: [usize; 4] = [0, 7, 10, 20];
 
-fn dissect(candidate: &Candidate<'_>, streams: &Streams) -> Result<(), Box<dyn Error>> {
+fn dissect(candidate: &Candidate<'_>, (runs, streams): (usize, &Streams)) -> Result<(), Box<dyn Error>> {
     let measures = &candidate.plan.spec.measures;
     let column = |name: &str| measures.iter().position(|m| m == name);
     let mut anatomy = Anatomy {
@@ -86,7 +88,7 @@ fn dissect(candidate: &Candidate<'_>, streams: &Streams) -> Result<(), Box<dyn E
         gap: column("gap_m"),
         ..Anatomy::default()
     };
-    let course = Course { scenario: "mix".to_owned(), roads: Roads::Validation, runs: RUNS };
+    let course = Course { scenario: "mix".to_owned(), roads: Roads::Validation, runs };
     watch(candidate, &course, &streams.child("anatomy"), &mut anatomy)?;
     anatomy.print();
     Ok(())

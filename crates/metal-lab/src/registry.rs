@@ -237,6 +237,21 @@ impl EnvironmentConfig {
         }
     }
 
+    /// Lets episodes last so many times as long, where their length is a setting.
+    #[must_use]
+    pub fn for_longer(mut self, times: usize) -> Self {
+        match self.innermost_mut() {
+            Self::Highway(HighwayConfig { horizon, .. })
+            | Self::HighwayScripted(HighwayConfig { horizon, .. })
+            | Self::Miniature(MiniatureConfig { horizon, .. })
+            | Self::Puddle(PuddleConfig { horizon, .. }) => {
+                *horizon = horizon.saturating_mul(times).min(LONGEST)
+            }
+            _ => {}
+        }
+        self
+    }
+
     /// Moves to other roads, where there are roads.
     pub fn set_roads(&mut self, roads: &RoadSet) {
         if let Self::Highway(config) | Self::HighwayScripted(config) = self.innermost_mut() {
@@ -324,7 +339,7 @@ fn check_highway(world: &str, config: &HighwayConfig) -> Result<(), WorldError> 
 fn check_senses(world: &str, senses: Senses) -> Result<(), WorldError> {
     let grid = match senses {
         Senses::Regions => return Ok(()),
-        Senses::Truth { price } => return check_prices(&format!("{world}.senses.truth.price"), &[price]),
+        Senses::Truth { price, .. } => return check_prices(&format!("{world}.senses.truth.price"), &[price]),
         Senses::Cells(grid) => grid,
     };
     if grid.is_possible() {

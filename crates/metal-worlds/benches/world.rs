@@ -53,13 +53,17 @@ fn crowded(world: &mut Highway) -> Result<Vec<u64>, Box<dyn Error>> {
     Ok(seeds)
 }
 
-/// Drives all episodes, reading the first `sensors` sensors before every step; the sum of what was read.
-fn drive(world: &mut Highway, seeds: &[u64], sensors: usize) -> Result<f64, Box<dyn Error>> {
+/// The learner's sensors: six regions, then the ring.
+const REGIONS: [usize; 6] = [0, 1, 2, 3, 4, 5];
+const RING: usize = 6;
+
+/// Drives all episodes, reading these sensors before every step; the sum of what was read.
+fn drive(world: &mut Highway, seeds: &[u64], sensors: &[usize]) -> Result<f64, Box<dyn Error>> {
     let (mut reading, mut sum) = ([0.0; 8], 0.0);
     for &seed in seeds {
         world.reset(seed)?;
         for step in 0..STEPS {
-            for sensor in 0..sensors {
+            for &sensor in sensors {
                 let features = world.spec().sensors[sensor].features.len();
                 world.sense(sensor, &mut reading[..features])?;
                 sum += reading[0];
@@ -74,14 +78,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut world = Highway::new(HighwayConfig::default(), Steering::Scripted);
     let grounds = world.grounds();
     let seeds = crowded(&mut world)?;
+    let ring = [&REGIONS[..], &[RING]].concat();
+    // No red car asks its ring; the learner's costs the same.
+    let rings = [&REGIONS[..], &[RING; 3]].concat();
     let cases = [
-        ("nobody looks, scripted cars", Steering::Scripted, 0),
-        ("two cars look and think", minds(true), 0),
-        ("and have seen all that before", minds(false), 0),
-        ("they look and think, and the learner looks at one region", minds(true), 1),
-        ("and the learner looks at all regions", minds(true), 6),
-        ("and at its infra-red ring: three robots, all they have", minds(true), 7),
-        ("only the learner looks, at all regions", Steering::Scripted, 6),
+        ("nobody looks, scripted cars", Steering::Scripted, &[][..]),
+        ("two cars look and think", minds(true), &[]),
+        ("and have seen all that before", minds(false), &[]),
+        ("they look and think, and the learner looks at one region", minds(true), &REGIONS[..1]),
+        ("and the learner looks at all regions", minds(true), &REGIONS),
+        ("and at its infra-red ring: three robots, all they have", minds(true), &ring),
+        ("and at three rings, as if each robot asked its own", minds(true), &rings),
+        ("only the learner looks, at all regions", Steering::Scripted, &REGIONS),
     ];
     for (name, steering, sensors) in cases {
         let mut world = Highway::on_roads(HighwayConfig::default(), Arc::clone(&grounds), steering);

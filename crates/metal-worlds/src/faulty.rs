@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub enum Fault {
     /// Without power: every number is the lowest it can be.
     Dead,
-    /// It shows for ever what it saw when the episode began.
+    /// It shows for ever what it saw when the episode began, or when it broke.
     Frozen,
     /// It answers, but not with numbers.
     Nan,
@@ -70,6 +70,9 @@ pub struct Faults {
     pub rate: f64,
     /// Sensors that may fail; empty: all.
     pub sensors: Vec<String>,
+    /// Motor steps of an episode in which a failing sensor is broken: the first of them, and the one in which it is mended;
+    /// none: from the beginning to the end.
+    pub during: Option<(usize, usize)>,
     /// Two sensors that answer in each other's place.
     pub crossed: Option<(String, String)>,
     /// Sensors of another make, which show the lowest for the highest and the highest for the lowest: they tell as much, in
@@ -96,6 +99,9 @@ impl Faults {
         if !(0.0..=1.0).contains(&self.rate) {
             return refuse("rate", format!("{}: in [0, 1]", self.rate));
         }
+        if let Some((from, until)) = self.during.filter(|(from, until)| from >= until) {
+            return refuse("during", format!("[{from}, {until}]: mended after it broke"));
+        }
         match self.fault {
             Some(Fault::Noisy(x)) if !(0.0..=1.0).contains(&x) => {
                 return refuse("fault.noisy", format!("{x}: in [0, 1]"));
@@ -116,6 +122,11 @@ impl Faults {
             return Ok(());
         }
         refuse("crossed", format!("`{a}` and `{b}`: two sensors of {} that are alike", spec.id))
+    }
+
+    /// Whether a failing sensor is broken in this motor step of an episode.
+    fn broken_at(&self, step: usize) -> bool {
+        self.during.is_none_or(|(from, until)| (from..until).contains(&step))
     }
 
     /// The sensors that may fail.
@@ -202,7 +213,7 @@ impl Faulty {
     /// A frozen or delayed device goes on measuring whether it is asked or not; nobody else is read unasked.
     fn measure(&mut self) -> Result<(), EnvironmentError> {
         let wanted = match self.faults.fault {
-            Some(Fault::Frozen) => self.step == 0,
+            Some(Fault::Frozen) => self.step == self.faults.during.map_or(0, |(from, _)| from),
             Some(Fault::Delayed(_)) => true,
             _ => false,
         };
@@ -271,7 +282,8 @@ impl Environment for Faulty {
 
     fn sense(&mut self, sensor: usize, out: &mut [f64]) -> Result<(), EnvironmentError> {
         self.show(sensor, out)?;
-        if let Some(fault) = self.faults.fault.filter(|_| self.failing.contains(sensor)) {
+        let broken = self.failing.contains(sensor) && self.faults.broken_at(self.step);
+        if let Some(fault) = self.faults.fault.filter(|_| broken) {
             self.spoil(fault, sensor, out);
         }
         Ok(())
@@ -387,6 +399,30 @@ mod tests {
     }
 
     #[test]
+    fn a_sensor_can_break_and_be_mended_within_an_episode() {
+        for fault in [Fault::Nan, Fault::Frozen, Fault::Delayed(2)] {
+            let during = Some((3, 6));
+            let faults = Faults { fault: Some(fault), rate: 1.0, during, ..Faults::default() };
+            let (mut plain, mut broken) = (road(), Faulty::new(road(), faults).unwrap());
+            plain.reset(5).unwrap();
+            broken.reset(5).unwrap();
+            let mut past = Vec::new();
+            for step in 0..10 {
+                past.push(read(plain.as_mut(), 0));
+                let now = read(&mut broken, 0);
+                match fault {
+                    _ if !(3..6).contains(&step) => assert_eq!(now, past[step], "{fault:?}, step {step}"),
+                    Fault::Nan => assert!(now.iter().all(|x| x.is_nan())),
+                    Fault::Frozen => assert_eq!(now, past[3]),
+                    _ => assert_eq!(now, past[step - 2]),
+                }
+                plain.step(step % 5).unwrap();
+                broken.step(step % 5).unwrap();
+            }
+        }
+    }
+
+    #[test]
     fn a_sensor_of_another_make_shows_the_opposite() {
         let inverted = vec!["LN".to_owned(), "IR".to_owned()];
         let mut plain = road();
@@ -445,6 +481,7 @@ mod tests {
         assert!(refused(Faults { rate: 1.5, ..Faults::default() }).contains("in [0, 1]"));
         assert!(refused(Faults { sensors: vec!["EAR".into()], ..Faults::default() }).contains("no sensor"));
         assert!(refused(Faults { inverted: vec!["EAR".into()], ..Faults::default() }).contains("inverted"));
+        assert!(refused(Faults { during: Some((4, 4)), ..Faults::default() }).contains("during: [4, 4]"));
         let noisy = Faults { fault: Some(Fault::Noisy(f64::NAN)), ..Faults::default() };
         assert!(refused(noisy).contains("noisy"));
     }

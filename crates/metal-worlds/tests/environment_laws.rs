@@ -2,6 +2,7 @@
 
 use metal_rl::environment::{End, Environment};
 use metal_rl::random::Rng;
+use metal_worlds::highway::truth::Told;
 use metal_worlds::highway::{Grid, Ground, Highway, HighwayConfig, RoadSet, Senses, Steering};
 use metal_worlds::maze::{Maze, MazeConfig};
 use metal_worlds::miniature::{Miniature, MiniatureConfig};
@@ -23,7 +24,8 @@ fn environments() -> Vec<World> {
         table(cube_nm(&CubeNmConfig::default())),
         highway(Senses::Regions),
         highway(Senses::Cells(Grid::default())),
-        highway(Senses::Truth { price: 2.0 }),
+        highway(Senses::Truth { price: 2.0, tells: Told::Everything }),
+        highway(Senses::Truth { price: 2.0, tells: Told::Pose }),
         miniature(),
     ]
 }

@@ -7,6 +7,7 @@ use metal_rl::learner::{Dims, Rate, Sample};
 use metal_rl::learners::absp::{Covariance, DosRule, MixtureConfig};
 use metal_rl::learners::{AbspConfig, BayesMixConfig, IgmnConfig, LearnerConfig, MlpConfig, TileConfig};
 use metal_rl::random::Rng;
+use metal_worlds::highway::truth::Told;
 use metal_worlds::highway::{Highway, HighwayConfig, RoadSet, Senses, Steering};
 use metal_worlds::miniature::{Miniature, MiniatureConfig, ground};
 use std::fmt::Write;
@@ -88,7 +89,7 @@ fn learners() -> Vec<(&'static str, LearnerConfig)> {
 fn worlds_and_learners_come_to_the_bits_that_were_written_down() {
     let mut text = String::new();
     let roads = RoadSet::Training.build();
-    for senses in [Senses::Regions, Senses::Truth { price: 2.0 }] {
+    for senses in [Senses::Regions, Senses::Truth { price: 2.0, tells: Told::Everything }] {
         let name = format!("{senses:?}");
         let config = HighwayConfig { senses, ..HighwayConfig::default() };
         let hash = driven(&mut Highway::on_roads(config, roads.clone(), Steering::Scripted));

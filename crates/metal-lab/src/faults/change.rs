@@ -10,7 +10,7 @@ use crate::registry::{EnvironmentConfig, Roads};
 use crate::reproduce::table::total;
 use crate::results::Estimate;
 use crate::train::RunError;
-use metal_rl::observe::{Observer, Step};
+use metal_rl::observe::Unobserved;
 use metal_rl::set::IndexSet;
 use metal_worlds::faulty::Faults;
 use metal_worlds::highway::Scenario;
@@ -78,13 +78,6 @@ fn worlds(desk: &Desk<'_>) -> Vec<(String, EnvironmentConfig)> {
     ]
 }
 
-/// Watches nothing.
-struct Nobody;
-
-impl Observer for Nobody {
-    fn on_step(&mut self, _step: &Step<'_>) {}
-}
-
 fn change(
     desk: &Desk<'_>,
     minds: &Minds,
@@ -109,7 +102,7 @@ fn change(
         let plan = learning_on(&desk.plan, phase, desk.options.lasting)?;
         let mut mind = Mind::thaw(&plan, &trained[phase].mind.freeze_for(&desk.plan))?;
         let streams = desk.seed(seed).child("change").child(what);
-        go_on(&plan, (phase, &mut mind), world, &streams, (&mut Nobody, desk))?;
+        go_on(&plan, (phase, &mut mind), world, &streams, (&mut Unobserved, desk))?;
         let adapted = cost(&Candidate { plan: &plan, mind: &mind, ..candidate }, world)?;
         Ok((untaught, Some(adapted)))
     })?;

@@ -1,6 +1,7 @@
 //! A sensor breaks and is mended while a mind learns on: where does it look?
 
 use super::desk::{Desk, Minds, over};
+use super::favourite::favourite;
 use crate::learn_on::{can_learn_on, learning_on};
 use crate::mind::Mind;
 use crate::plan::{Acting, Plan};
@@ -52,7 +53,7 @@ pub(super) fn follow(desk: &Desk<'_>, minds: &Minds, fault: Fault) -> Result<Opt
     let (policy, phase) = (policy.as_str(), phase.as_str());
     let plan = learning_on(&desk.plan, phase, desk.options.lasting)?;
     let through = |seed: usize| {
-        let sensor = favourite(desk, &minds[seed][phase].mind, (policy, seed))?;
+        let sensor = favourite(desk, &desk.candidate(policy, &minds[seed]), seed)?;
         let mut diary = Diary::new(sensor);
         let mut mind = Mind::thaw(&plan, &minds[seed][phase].mind.freeze_for(&desk.plan))?;
         let name = plan.spec.sensors[sensor].name.clone();
@@ -84,30 +85,6 @@ pub(super) fn go_on(
     learn_phase(plan, phase, mind, streams, watch)?;
     desk.progress.steps(plan.budget_steps(phase));
     Ok(())
-}
-
-/// The sensor that the trained mind looks at most.
-fn favourite(desk: &Desk<'_>, mind: &Mind, (policy, seed): (&str, usize)) -> Result<usize, RunError> {
-    let row = &desk.plan.file.policy[policy];
-    let roster = desk.plan.roster(&row.roster);
-    let candidate =
-        crate::evaluate::Candidate { plan: &desk.plan, mind, acting: &row.acting, roster, blind: 0 };
-    let mut environment = desk.plan.file.environment.build()?;
-    let mut tally = Tally(vec![0.0; desk.plan.spec.sensors.len()]);
-    let streams = desk.seed(seed).child("favourite");
-    crate::evaluate::drive(&candidate, environment.as_mut(), (desk.options.runs, &streams), &mut tally)?;
-    Ok(metal_rl::num::argmax(&tally.0))
-}
-
-/// Counts looks by sensor.
-struct Tally(Vec<f64>);
-
-impl Observer for Tally {
-    fn on_step(&mut self, step: &Step<'_>) {
-        for sensor in step.percept.read().iter() {
-            self.0[sensor] += 1.0;
-        }
-    }
 }
 
 /// Sums over one episode.

@@ -1,13 +1,13 @@
 //! The report as drawings, in the style of all others.
 
-use super::{Block, Cell, FaultReport};
+use super::{Block, Cell, FaultReport, Interruption, Spell};
 use crate::figures::chart::{Ink, LineChart, LinePoint, Series};
 use crate::figures::policy::{ink, short_label};
 use crate::figures::{Figure, policy::sensor_ink};
 use metal_rl::measure::statistics::Estimate;
 
 /// Name → drawing as an `.svg` file with its own colours: cost and accidents against the rate, for each fault, and looks
-/// through a fault.
+/// through a fault, within an episode and over many.
 #[must_use]
 pub fn draw(report: &FaultReport) -> Vec<(String, String)> {
     let mut panels = Vec::new();
@@ -19,6 +19,9 @@ pub fn draw(report: &FaultReport) -> Vec<(String, String)> {
         ));
         let accidents: Number = ("share of episodes with an accident", |c| &c.accidents);
         panels.push((format!("accidents-{name}"), against_rate(report, name, accidents)));
+    }
+    for i in &report.interruptions {
+        panels.push((format!("looks-within-{}-{}", i.policy, i.fault), within(i)));
     }
     for comeback in &report.comebacks {
         panels.push((format!("looks-{}", comeback.fault), through(&comeback.fault, &comeback.blocks)));
@@ -54,6 +57,31 @@ fn against_rate(report: &FaultReport, fault: &str, (what, number): Number) -> St
         x_label: "probability that a sensor fails in an episode".to_owned(),
         y_label: what.to_owned(),
         series: report.options.policies.iter().rev().map(line).collect(),
+    }
+    .draw()
+}
+
+fn within(interruption: &Interruption) -> String {
+    let series = |label: &str, dashed: bool, number: fn(&Spell) -> &Estimate| Series {
+        label: label.to_owned(),
+        ink: ink(&interruption.policy),
+        width: 2.0,
+        dashed,
+        points: interruption
+            .spells
+            .iter()
+            .map(|s| point((s.steps.0 + s.steps.1) as f64 / 2.0, number(s)))
+            .collect(),
+    };
+    let (policy, fault) = (short_label(&interruption.policy), &interruption.fault);
+    LineChart {
+        title: format!("{policy}: a sensor breaks ({fault}) and is mended within an episode"),
+        x_label: "motor steps".to_owned(),
+        y_label: "looks per motor step at that sensor".to_owned(),
+        series: vec![
+            series("it breaks", false, |s| &s.looks_there),
+            series("it stays sound", true, |s| &s.looks_there_sound),
+        ],
     }
     .draw()
 }

@@ -1,19 +1,23 @@
 //! `metal faults`: what broken sensors and changed worlds cost, for every policy of an experiment that is asked about.
 //!
-//! Four questions. Trained with sound sensors, tested with broken ones: cost and accidents against the rate of faults.
-//! Trained and tested with broken ones. A sensor that breaks and is mended while the mind learns on: does it stop
-//! looking there, and does it come back? A world that changes while the mind learns on (the claims of Sec. 6.2): other
-//! roads, other positions and speeds of the cars, exchanged expertise of two tiny agents.
+//! Five questions. Trained with sound sensors, tested with broken ones: cost and accidents against the rate of faults.
+//! Trained and tested with broken ones. A sensor that breaks and is mended within an episode, nobody learning: does the
+//! policy stop looking there, and does it come back? The same over hundreds of episodes while the mind learns on. A world
+//! that changes while the mind learns on (the claims of Sec. 6.2): other roads, other positions and speeds of the cars,
+//! exchanged expertise of two tiny agents.
 
 mod change;
 mod comeback;
 mod desk;
 mod draw;
+mod favourite;
+mod interruption;
 mod print;
 
 pub use change::Change;
 pub use comeback::{Block, Comeback};
 pub use draw::draw;
+pub use interruption::{Interruption, Spell};
 pub use print::text;
 
 use crate::plan::{Plan, PlanError, limits};
@@ -32,7 +36,7 @@ pub struct FaultOptions {
     pub seeds: usize,
     /// The one number all randomness comes from.
     pub seed: u64,
-    /// Policies of the experiment that are tried; the first one's looks are followed through a fault.
+    /// Policies of the experiment that are tried; the looks of those that choose them are followed through faults.
     pub policies: Vec<String>,
     /// Faults of the tests.
     pub faults: Vec<Fault>,
@@ -44,7 +48,7 @@ pub struct FaultOptions {
     pub trained_with: Vec<Fault>,
     /// Rate of faults in those trainings.
     pub training_rate: f64,
-    /// Faults through which the looks of the first policy that can learn on are followed.
+    /// Faults through which looks are followed: within an episode, and, of the first policy that can learn on, over many.
     pub followed: Vec<Fault>,
     /// Episodes of learning before, during and after such a fault, and after a change of the world.
     pub lasting: usize,
@@ -123,7 +127,9 @@ pub struct FaultReport {
     pub options: FaultOptions,
     /// Tests.
     pub cells: Vec<Cell>,
-    /// A sensor breaks and is mended.
+    /// A sensor breaks and is mended within an episode.
+    pub interruptions: Vec<Interruption>,
+    /// A sensor breaks and is mended while a mind learns on.
     pub comebacks: Vec<Comeback>,
     /// The world changes.
     pub changes: Vec<Change>,
@@ -159,13 +165,15 @@ pub fn run(plan: &Plan, options: &FaultOptions, progress: &dyn Progress) -> Resu
         cells.extend(desk.trained_with(fault)?);
     }
     progress.stage("a sensor breaks and is mended");
+    let interruptions = interruption::all(&desk, &minds)?;
     let mut comebacks = Vec::new();
     for &fault in &options.followed {
         comebacks.extend(comeback::follow(&desk, &minds, fault)?);
     }
     progress.stage("the world changes");
     let changes = change::all(&desk, &minds)?;
-    Ok(FaultReport { title: plan.file.title.clone(), options: options.clone(), cells, comebacks, changes })
+    let (title, options) = (plan.file.title.clone(), options.clone());
+    Ok(FaultReport { title, options, cells, interruptions, comebacks, changes })
 }
 
 /// About how many motor steps [`run`] will simulate, for a progress bar.
@@ -180,6 +188,8 @@ pub fn planned_steps(plan: &Plan, options: &FaultOptions) -> Result<usize, RunEr
     let tests = options.policies.len()
         * (1 + options.faults.len() * options.rates.len() + 2 * options.trained_with.len() + 8)
         * options.runs;
+    // Everybody who may choose looks drives three episodes' length twice, and once to show its favourite.
+    let interrupted = 7 * options.followed.len() * options.policies.len() * options.runs;
     let lasting = options.lasting * (3 * options.followed.len() + 4 * options.policies.len());
-    Ok(options.seeds * (trainings + pupils.spec.horizon * (tests + lasting)))
+    Ok(options.seeds * (trainings + pupils.spec.horizon * (tests + interrupted + lasting)))
 }

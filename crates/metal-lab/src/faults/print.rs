@@ -19,6 +19,7 @@ pub fn text(report: &FaultReport) -> String {
     );
     tested(&mut out, report);
     trained(&mut out, report);
+    interruptions(&mut out, report);
     comebacks(&mut out, report);
     changes(&mut out, report);
     out
@@ -87,6 +88,42 @@ fn trained(out: &mut String, report: &FaultReport) {
         }
         let mine = |c: &&Cell| c.trained_with_it && c.fault.as_deref() == Some(fault.name());
         report.cells.iter().filter(mine).for_each(|cell| row(out, &line(cell)));
+    }
+}
+
+fn interruptions(out: &mut String, report: &FaultReport) {
+    for interruption in &report.interruptions {
+        let title = format!(
+            "`{}`, within an episode, of the sensor that {} looks at most ({}); nobody learns",
+            interruption.fault,
+            short_label(&interruption.policy),
+            interruption.sensors.join(", ")
+        );
+        let names = [
+            "motor steps",
+            "sensor",
+            "looks there",
+            "with a sound sensor",
+            "looks in all",
+            "reward − cost",
+            "more than with a sound sensor",
+        ];
+        table(out, &title, &names.map(str::to_owned));
+        for spell in &interruption.spells {
+            let (from, until) = spell.steps;
+            row(
+                out,
+                &[
+                    format!("{from} to {}", until.saturating_sub(1)),
+                    spell.sensor.clone(),
+                    number(&spell.looks_there, 3),
+                    number(&spell.looks_there_sound, 3),
+                    number(&spell.looks, 2),
+                    number(&spell.total, 2),
+                    number(&spell.gain, 2),
+                ],
+            );
+        }
     }
 }
 

@@ -89,7 +89,7 @@ fn mark(svg: &mut Svg, g: usize, fitted: &Fitted) {
         Organ::Ring => (0..MOUNTS.len()).for_each(|i| dot(svg, i, ink, &number)),
         Organ::Proximity(i) => dot(svg, i, ink, &number),
         // Nothing to be cut: it has no place in the picture.
-        Organ::Truth => {}
+        Organ::Truth(_) => {}
     }
 }
 

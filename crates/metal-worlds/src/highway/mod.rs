@@ -61,7 +61,7 @@ enum Sense {
     Area(Box<Patch>),
     Ring,
     Proximity(usize),
-    Truth,
+    Truth(truth::Told),
 }
 
 /// What all copies of a world share.
@@ -380,7 +380,7 @@ impl Environment for Highway {
             Sense::Proximity(i) => {
                 out[0] = self.shared.infrared.read_one(*i, &self.bodies[0], self.cars(), moment());
             }
-            Sense::Truth => truth::read(self.road(), &self.bodies[0], self.cars(), out),
+            Sense::Truth(told) => truth::read(*told, (self.road(), &self.bodies[0], self.cars()), out),
         }
         Ok(())
     }
@@ -443,7 +443,7 @@ fn senses(config: &HighwayConfig, camera: &Camera) -> Vec<Sense> {
         Organ::Area(window) => Sense::Area(Box::new(camera.patch(window))),
         Organ::Ring => Sense::Ring,
         Organ::Proximity(i) => Sense::Proximity(i),
-        Organ::Truth => Sense::Truth,
+        Organ::Truth(told) => Sense::Truth(told),
     };
     organs(config.senses, &config.task).into_iter().map(|fitted| ready(fitted.organ)).collect()
 }
@@ -481,6 +481,6 @@ fn features(organ: Organ) -> Vec<Feature> {
         }
         Organ::Ring => (0..infrared::SENSORS).map(near).collect(),
         Organ::Proximity(i) => vec![near(i)],
-        Organ::Truth => truth::features(CARS),
+        Organ::Truth(told) => truth::features(told, CARS),
     }
 }

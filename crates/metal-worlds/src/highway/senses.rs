@@ -6,6 +6,7 @@
 use super::camera::{COLUMNS, LARGEST_PATCH, ROWS, Region, Window};
 use super::infrared;
 use super::task::Task;
+use super::truth::Told;
 use metal_rl::set::IndexSet;
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +23,9 @@ pub enum Senses {
     Truth {
         /// Price of a look at it.
         price: f64,
+        /// What it tells.
+        #[serde(default)]
+        tells: Told,
     },
 }
 
@@ -98,8 +102,8 @@ pub enum Organ {
     Ring,
     /// One infra-red sensor.
     Proximity(usize),
-    /// Everything there is to know.
-    Truth,
+    /// What there is to know.
+    Truth(Told),
 }
 
 /// A sensor, its name, and what a look at it costs.
@@ -118,7 +122,9 @@ pub struct Fitted {
 pub fn organs(senses: Senses, task: &Task) -> Vec<Fitted> {
     let [.., ring] = task.prices;
     match senses {
-        Senses::Truth { price } => vec![Fitted { organ: Organ::Truth, name: "TRUTH".to_owned(), price }],
+        Senses::Truth { price, tells } => {
+            vec![Fitted { organ: Organ::Truth(tells), name: "TRUTH".to_owned(), price }]
+        }
         Senses::Regions => {
             let named = |(region, price): (&Region, f64)| Fitted {
                 organ: Organ::Area(region.window()),

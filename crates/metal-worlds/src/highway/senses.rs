@@ -36,7 +36,10 @@ impl Senses {
         match self {
             Self::Regions => "Highway-v0",
             Self::Cells(_) => "HighwayCells-v0",
-            Self::Truth { .. } => "HighwayTruth-v0",
+            Self::Truth { tells: Told::Everything, .. } => "HighwayTruth-v0",
+            Self::Truth { tells: Told::Pose, .. } => "HighwayPose-v0",
+            Self::Truth { tells: Told::PoseAndBends, .. } => "HighwayPoseAndBends-v0",
+            Self::Truth { tells: Told::PoseAndCars, .. } => "HighwayPoseAndCars-v0",
         }
     }
 

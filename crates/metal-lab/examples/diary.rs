@@ -2,7 +2,8 @@
 //!
 //! `cargo run --release -p metal-lab --example diary -- experiments/attention.toml 1 adaptive MF+RF/2`
 //!
-//! `runs=1000` among the words: tested at the end in so many runs instead of 300; other words with `=` are settings of the experiment.
+//! `runs=1000` among the words: tested at the end in so many runs instead of 300. `log=FILE.csv`: every step of these tests, with what was
+//! read and where the robot was (`tools/what_looks_tell.py`). Other words with `=` are settings of the experiment.
 //! The seed (or `1/3`: training 3, counted from 0, of a run with seed 1) is followed by whom to teach: `adaptive`, or the
 //! sensors to look at, with `/k` at every k-th motor step only.
 //! Costs are those on validation roads, and so is the anatomy of the best student that follows: what it pays for, and
@@ -17,10 +18,13 @@ use metal_lab::registry::Roads;
 use metal_lab::reproduce::seed_streams;
 use metal_lab::reproduce::subsets::{Rival, train_subset};
 use metal_lab::train::{Trained, train_up_to};
+use metal_rl::environment::EnvironmentSpec;
 use metal_rl::observe::{Observer, Step};
 use metal_rl::random::Streams;
 use std::error::Error;
-use std::path::Path;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut words = std::env::args().skip(1);
@@ -31,32 +35,39 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => Streams::new(seed.parse()?),
     };
     let (settings, pupils): (Vec<String>, Vec<String>) = words.partition(|w| w.contains('='));
-    let (runs, settings): (Vec<String>, Vec<String>) =
-        settings.into_iter().partition(|w| w.starts_with("runs="));
-    let runs = runs.last().map_or(Ok(300), |word| word["runs=".len()..].parse())?;
+    let word = |name: &str| settings.iter().find_map(|w| w.strip_prefix(name)?.strip_prefix('='));
+    let exam = Exam { runs: word("runs").map_or(Ok(300), str::parse)?, log: word("log").map(PathBuf::from) };
+    let own = |w: &String| w.starts_with("runs=") || w.starts_with("log=");
+    let settings: Vec<String> = settings.iter().filter(|w| !own(w)).cloned().collect();
     let plan = plan::load(Path::new(&file), &settings)?;
     for pupil in pupils {
         println!("{pupil}, seed {seed}");
-        teach(&plan, &pupil, (runs, &streams))?;
+        teach(&plan, &pupil, (&exam, &streams))?;
     }
     Ok(())
 }
 
-/// Teaches `pupil`, and shows its diary and its anatomy in so many runs.
-fn teach(plan: &Plan, pupil: &str, (runs, streams): (usize, &Streams)) -> Result<(), Box<dyn Error>> {
+/// How a student is dissected.
+struct Exam {
+    runs: usize,
+    log: Option<PathBuf>,
+}
+
+/// Teaches `pupil`, and shows its diary and its anatomy.
+fn teach(plan: &Plan, pupil: &str, (exam, streams): (&Exam, &Streams)) -> Result<(), Box<dyn Error>> {
     if pupil == "adaptive" {
         let phase = plan.file.phase.get("attention").ok_or("the file has no phase `attention`")?;
         let trained = train_up_to(plan, "attention", streams, &Silent)?;
         print(&trained);
         let roster = plan.roster(&phase.roster);
         let candidate = Candidate { plan, mind: &trained.mind, acting: &phase.acting, roster, blind: 0 };
-        return dissect(&candidate, (runs, streams));
+        return dissect(&candidate, (exam, streams));
     }
     let rows = plan.file.subsets.as_ref().ok_or("the file has no [subsets]")?;
     let subset =
         train_subset(plan, rows, (Rival::parse(plan, "whom to teach", pupil)?, 1.0), streams, &Silent)?;
     print(&subset.trained);
-    dissect(&subset.candidate(), (runs, streams))
+    dissect(&subset.candidate(), (exam, streams))
 }
 
 fn print(trained: &Trained) {
@@ -80,18 +91,51 @@ const GAPS_M: [f64; 4] = [0.1, 0.25, 0.5, 1.0];
 /// Motor steps since the start at which parts of a run begin that are told apart: out of the wrong lane, to the car, past it.
 const PARTS: [usize; 4] = [0, 7, 10, 20];
 
-fn dissect(candidate: &Candidate<'_>, (runs, streams): (usize, &Streams)) -> Result<(), Box<dyn Error>> {
+fn dissect(candidate: &Candidate<'_>, (exam, streams): (&Exam, &Streams)) -> Result<(), Box<dyn Error>> {
     let measures = &candidate.plan.spec.measures;
     let column = |name: &str| measures.iter().position(|m| m == name);
     let mut anatomy = Anatomy {
         kinds: ["cost_accident", "cost_road", "cost_lane", "cost_smooth"].map(column),
         gap: column("gap_m"),
+        log: exam.log.as_deref().map(|path| Log::new(path, &candidate.plan.spec)).transpose()?,
         ..Anatomy::default()
     };
-    let course = Course { scenario: "mix".to_owned(), roads: Roads::Validation, runs };
+    let course = Course { scenario: "mix".to_owned(), roads: Roads::Validation, runs: exam.runs };
     watch(candidate, &course, &streams.child("anatomy"), &mut anatomy)?;
     anatomy.print();
-    Ok(())
+    Ok(anatomy.log.map_or(Ok(()), |log| log.written)?)
+}
+
+/// Every step as a line of a CSV file: what was read (empty where nobody looked), what was done, and all measures after it.
+struct Log {
+    out: BufWriter<File>,
+    features: Vec<usize>,
+    written: std::io::Result<()>,
+}
+
+impl Log {
+    fn new(path: &Path, spec: &EnvironmentSpec) -> std::io::Result<Self> {
+        let mut out = BufWriter::new(File::create(path)?);
+        let readings = spec
+            .sensors
+            .iter()
+            .flat_map(|s| s.features.iter().map(move |f| format!("{}.{}", s.name, f.name)));
+        let names: Vec<String> = readings.chain(spec.measures.iter().cloned()).collect();
+        writeln!(out, "episode,step,action,{}", names.join(","))?;
+        Ok(Self { out, features: spec.sensors.iter().map(|s| s.features.len()).collect(), written: Ok(()) })
+    }
+
+    fn write(&mut self, step: &Step<'_>) -> std::io::Result<()> {
+        write!(self.out, "{},{},{}", step.episode, step.index, step.action)?;
+        for (sensor, &features) in self.features.iter().enumerate() {
+            let reading = step.percept.reading(sensor);
+            for at in 0..features {
+                write!(self.out, ",{}", reading.map_or_else(String::new, |r| r[at].to_string()))?;
+            }
+        }
+        step.measures.iter().try_for_each(|x| write!(self.out, ",{x}"))?;
+        writeln!(self.out)
+    }
 }
 
 /// Steps, looks and cost of some class of moments.
@@ -144,10 +188,14 @@ struct Anatomy {
     seen: Vec<f64>,
     age: usize,
     last_gap: f64,
+    log: Option<Log>,
 }
 
 impl Observer for Anatomy {
     fn on_step(&mut self, step: &Step<'_>) {
+        if let Some(log) = self.log.as_mut().filter(|log| log.written.is_ok()) {
+            log.written = log.write(step);
+        }
         if step.index == 0 {
             (self.age, self.last_gap) = (AGES - 1, f64::INFINITY);
         }

@@ -13,7 +13,7 @@ use metal_worlds::faulty::{Fault, Faults};
 use serde::{Deserialize, Serialize};
 
 /// Sound, broken, mended.
-pub const STAGES: [&str; 3] = ["sound", "broken", "mended"];
+const STAGES: [&str; 3] = ["sound", "broken", "mended"];
 
 /// Spells per stage.
 const SPELLS: usize = 5;
@@ -21,7 +21,7 @@ const SPELLS: usize = 5;
 /// Some motor steps in a row, the same ones of every episode; means over them, intervals over trainings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spell {
-    /// How the sensor is: one of [`STAGES`].
+    /// How the sensor is: `sound`, `broken` or `mended`.
     pub sensor: String,
     /// Its first motor step, and the first after it.
     pub steps: (usize, usize),

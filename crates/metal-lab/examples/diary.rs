@@ -103,7 +103,7 @@ fn dissect(candidate: &Candidate<'_>, (exam, streams): (&Exam, &Streams)) -> Res
     let course = Course { scenario: "mix".to_owned(), roads: Roads::Validation, runs: exam.runs };
     watch(candidate, &course, &streams.child("anatomy"), &mut anatomy)?;
     anatomy.print();
-    Ok(anatomy.log.map_or(Ok(()), |log| log.written)?)
+    Ok(anatomy.log.map_or(Ok(()), Log::finish)?)
 }
 
 /// Every step as a line of a CSV file: what was read (empty where nobody looked), what was done, and all measures after it.
@@ -135,6 +135,11 @@ impl Log {
         }
         step.measures.iter().try_for_each(|x| write!(self.out, ",{x}"))?;
         writeln!(self.out)
+    }
+
+    fn finish(mut self) -> std::io::Result<()> {
+        self.written?;
+        self.out.flush()
     }
 }
 

@@ -46,7 +46,10 @@ def explained(inputs, poses, held_out):
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    log = pd.read_csv(sys.argv[1])
+    try:
+        log = pd.read_csv(sys.argv[1])
+    except (OSError, ValueError) as error:
+        sys.exit(f"{sys.argv[1]}: {error}")
     sensor = [name for name in log.columns if name.startswith(f"{sys.argv[2]}.")]
     if not sensor:
         sys.exit(f"{sys.argv[1]}: no readings of {sys.argv[2]}")

@@ -1,10 +1,11 @@
-//! How far the camera and the Gaussians are from what this machine can do: its multiplications with additions, and the
+//! How far the camera, the Gaussians and a network's updates are from what this machine can do: its multiplications with additions, and the
 //! bytes it can read from its caches and its memory, measured in the same run. Within a group the first row is the
 //! limit, so that the last column is the distance from it.
 
 use metal_rl::environment::Environment;
 use metal_rl::learner::{Dims, Learner, Rate, Sample};
 use metal_rl::learners::absp::{Covariance, MixtureConfig};
+use metal_rl::learners::nn::{Activation, Adam, Batch, Network};
 use metal_rl::learners::{AbspConfig, LearnerConfig};
 use metal_rl::random::Rng;
 use metal_worlds::highway::{Highway, HighwayConfig, Steering};
@@ -34,6 +35,10 @@ const ACTIONS: usize = 5;
 const ADDS_PER_COMPONENT: f64 = 2.0 * DIMS as f64 + 2.0 + 17.0 + 4.0;
 /// Mean and 1/σ² for each dimension, ln |Σ|, mass, value and success.
 const BYTES_PER_COMPONENT: f64 = 8.0 * (2.0 * DIMS as f64 + 4.0);
+
+/// Widths of a network, and samples of one update.
+const WIDTHS: [usize; 4] = [24, 64, 64, 5];
+const SAMPLES: usize = 16;
 
 /// x ← a x + b, many times, for many x side by side; multiplied and added apart, as all our loops do.
 #[multiversion(targets("x86_64+avx2"))]
@@ -165,6 +170,26 @@ fn gaussians(limits: &Limits) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// An update of a network: each sample forward, back to every layer but the first, and into the gradient. The limit leaves out
+/// the optimiser, its roots and divisions, and the width to which outputs are filled up.
+fn network(limits: &Limits) -> Result<(), Box<dyn Error>> {
+    let weights = |from: usize| WIDTHS[from..].windows(2).map(|pair| pair[0] * pair[1]).sum::<usize>();
+    let adds = SAMPLES * (2 * weights(0) + weights(1));
+    // Two numbers of 32 bits lie where one of 64 does.
+    let (least, by) = limits.least(adds as f64 / 2.0, 4.0 * (3 * weights(0)) as f64);
+    tell(("network", &format!("limit of {by}: {adds} operations, 32 bits")), least, "update")?;
+    let mut rng = Rng::new(3);
+    let mut network = Network::new(&WIDTHS, Activation::default(), Adam::default(), &mut rng);
+    let mut numbers = |width: usize| (0..SAMPLES * width).map(|_| rng.uniform() as f32).collect::<Vec<f32>>();
+    let (inputs, targets) = (numbers(WIDTHS[0]), numbers(WIDTHS[3]));
+    let weights = vec![1.0; targets.len()];
+    let batch = Batch { inputs: &inputs, targets: &targets, weights: &weights };
+    measure(("network", "24-64-64-5, batch of 16"), (1, "update"), || {
+        black_box(network.train_batch(black_box(&batch)));
+    })?;
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let add = add_secs()?;
     let first_level = byte_secs("the first cache", 16)?;
@@ -173,5 +198,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     byte_secs("memory", 256 << 10)?;
     let limits = Limits { add, first_level, second_level };
     camera(&limits)?;
-    gaussians(&limits)
+    gaussians(&limits)?;
+    network(&limits)
 }

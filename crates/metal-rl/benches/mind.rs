@@ -21,12 +21,17 @@ fn states(inputs: usize, rng: &mut Rng) -> Vec<f64> {
     (0..ROUND * inputs).map(|_| rng.uniform()).collect()
 }
 
+/// A random target: what is learned from and what is learned while the clock runs.
+fn target(rng: &mut Rng) -> f64 {
+    -10.0 * rng.uniform()
+}
+
 /// A learner that has learned `samples` random samples.
 fn learned(config: &LearnerConfig, dims: Dims, samples: usize) -> Result<Box<dyn Learner>, LearnerError> {
     let (mut learner, mut rng) = (config.build(dims, 1)?, Rng::new(2));
     for _ in 0..samples {
         let state: Vec<f64> = (0..dims.inputs).map(|_| rng.uniform()).collect();
-        let (choice, target) = (rng.below(dims.choices), -10.0 * rng.uniform());
+        let (choice, target) = (rng.below(dims.choices), target(&mut rng));
         learner.learn(Sample { state: &state, choice, target, demonstrated: false }, Rate::Constant(0.1));
     }
     Ok(learner)
@@ -43,9 +48,11 @@ fn measure(group: &str, name: &str, mut learner: Box<dyn Learner>) -> Result<(),
         }
     };
     xtask::measure((group, &format!("{name}: Q and support")), (ROUND, "state"), ask)?;
+    let mut rng = Rng::new(5);
+    let targets: Vec<f64> = (0..ROUND).map(|_| target(&mut rng)).collect();
     let learn = || {
-        for (k, state) in states.chunks_exact(dims.inputs).enumerate() {
-            let sample = Sample { state, choice: k % dims.choices, target: -1.0, demonstrated: false };
+        for ((k, state), &target) in states.chunks_exact(dims.inputs).enumerate().zip(&targets) {
+            let sample = Sample { state, choice: k % dims.choices, target, demonstrated: false };
             black_box(learner.learn(sample, Rate::Constant(0.1)));
         }
     };

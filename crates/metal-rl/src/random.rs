@@ -25,20 +25,39 @@ impl Streams {
 
     /// The family below `name`: its streams are independent of those of every other name.
     #[must_use]
+    #[inline]
     pub fn child(&self, name: &str) -> Self {
         Self { seed: mix(self.seed ^ hash(name.as_bytes())) }
     }
 
     /// The family of the `index`-th sibling, e.g. an episode.
     #[must_use]
+    #[inline]
     pub fn nth(&self, index: u64) -> Self {
         Self { seed: mix(self.seed.wrapping_add(mix(index.wrapping_add(0x9e37_79b9_7f4a_7c15)))) }
     }
 
     /// A generator of its own for the consumer `name`.
     #[must_use]
+    #[inline]
     pub fn stream(&self, name: &str) -> Rng {
         Rng::new(self.child(name).seed)
+    }
+
+    /// The first [normal](Rng::normal) of the stream `name` of each sibling 0, 1, … N − 1: the same bits as one by one, in less
+    /// time, because the draws don't wait for each other.
+    #[inline]
+    #[must_use]
+    pub fn normals<const N: usize>(&self, name: &str) -> [f64; N] {
+        let (mut normals, mut squares) = ([0.0; N], [0.0; N]);
+        for (i, (normal, square)) in normals.iter_mut().zip(&mut squares).enumerate() {
+            (*normal, _, *square) = self.nth(i as u64).stream(name).in_disc();
+        }
+        let logs = squares.map(num::ln);
+        for ((normal, square), log) in normals.iter_mut().zip(squares).zip(logs) {
+            *normal *= polar_factor(square, log);
+        }
+        normals
     }
 
     /// The seed of this family.
@@ -49,11 +68,13 @@ impl Streams {
 }
 
 /// FNV-1a, 64 bits: stable names to numbers.
+#[inline]
 fn hash(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, &b| (h ^ u64::from(b)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
 /// The finalizer of SplitMix64: every input bit reaches every output bit.
+#[inline]
 fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -70,22 +91,26 @@ pub struct Rng {
 impl Rng {
     /// The stream of `seed`.
     #[must_use]
+    #[inline]
     pub fn new(seed: u64) -> Self {
         let state = (u128::from(mix(seed)) << 64) | u128::from(mix(seed ^ 0xdead_beef_cafe_f00d));
         Self { core: Pcg64::new(state, u128::from(mix(seed.wrapping_add(1)))), spare_normal: None }
     }
 
     /// 64 random bits.
+    #[inline]
     pub fn bits(&mut self) -> u64 {
         self.core.next_u64()
     }
 
     /// Uniform in [0, 1), 53 random bits.
+    #[inline]
     pub fn uniform(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
     }
 
     /// Uniform in [`low`, `high`).
+    #[inline]
     pub fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()
     }
@@ -116,13 +141,20 @@ impl Rng {
         if let Some(z) = self.spare_normal.take() {
             return z;
         }
+        let (u, v, s) = self.in_disc();
+        let factor = polar_factor(s, num::ln(s));
+        self.spare_normal = Some(v * factor);
+        u * factor
+    }
+
+    /// A point (u, v) of the open unit disc but its middle, and u² + v².
+    #[inline]
+    fn in_disc(&mut self) -> (f64, f64, f64) {
         loop {
             let (u, v) = (self.range(-1.0, 1.0), self.range(-1.0, 1.0));
             let s = u * u + v * v;
             if s > 0.0 && s < 1.0 {
-                let factor = (-2.0 * num::ln(s) / s).sqrt();
-                self.spare_normal = Some(v * factor);
-                return u * factor;
+                return (u, v, s);
             }
         }
     }
@@ -189,6 +221,12 @@ impl Rng {
     }
 }
 
+/// What Marsaglia's method multiplies a point of the disc by; `s` is the squared distance of that point, `ln_s` its logarithm.
+#[inline]
+fn polar_factor(s: f64, ln_s: f64) -> f64 {
+    (-2.0 * ln_s / s).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -210,6 +248,15 @@ mod tests {
             for i in 0..100 {
                 assert!(seen.insert(streams.nth(i).stream(name).bits()));
             }
+        }
+    }
+
+    #[test]
+    fn normals_side_by_side_are_the_first_of_each_sibling() {
+        for seed in 0..2000 {
+            let streams = Streams::new(seed);
+            let alone = std::array::from_fn(|i| streams.nth(i as u64).stream("noise").normal());
+            assert_eq!(streams.normals::<5>("noise").map(f64::to_bits), alone.map(f64::to_bits));
         }
     }
 

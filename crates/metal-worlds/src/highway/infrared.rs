@@ -26,6 +26,8 @@ pub const MOUNTS: [[f64; 3]; SENSORS] = [
     [0.022, 0.025, 45.79],
     [0.030, 0.010, 17.14],
 ];
+/// The stream of the noise.
+const NOISE: &str = "infrared";
 /// Elevation of all rays, in degrees.
 pub const ELEVATION_DEG: f64 = 9.17;
 /// A red body (redness 0.85, roughness 0.5) answers as a white one this many times farther off would:
@@ -75,45 +77,53 @@ impl Infrared {
     /// Readings of all sensors of the body at `eye`. The noise belongs to `moment` (the family of this step), so that
     /// looking again, or in another order, gives the same readings.
     pub fn read(&self, eye: &Pose, cars: &[Pose], moment: Streams, out: &mut [f64]) {
-        let turned = num::sin_cos(eye.heading_rad);
-        out.iter_mut()
-            .enumerate()
-            .for_each(|(i, reading)| *reading = self.answer(i, (eye, turned), cars, moment));
+        let noises: [f64; SENSORS] = moment.normals(NOISE);
+        let distances = self.distances(&self.mounts, eye, cars);
+        for ((reading, distance), noise) in out.iter_mut().zip(distances).zip(noises) {
+            *reading = noisy(look_up(distance), noise);
+        }
     }
 
     /// The reading of sensor `i` alone: what [`Self::read`] says of it.
     #[must_use]
     pub fn read_one(&self, i: usize, eye: &Pose, cars: &[Pose], moment: Streams) -> f64 {
-        self.answer(i, (eye, num::sin_cos(eye.heading_rad)), cars, moment)
+        let noise = moment.nth(i as u64).stream(NOISE).normal();
+        let [distance] = self.distances(&[self.mounts[i]], eye, cars);
+        noisy(look_up(distance), noise)
     }
 
-    fn answer(
-        &self,
-        i: usize,
-        (eye, (sin, cos)): (&Pose, (f64, f64)),
-        cars: &[Pose],
-        moment: Streams,
-    ) -> f64 {
-        let [x, y, ahead, left] = self.mounts[i];
-        let from = [eye.x_m + x * cos - y * sin, eye.y_m + x * sin + y * cos];
-        let direction = [ahead * cos - left * sin, ahead * sin + left * cos];
-        let distance = cars.iter().map(|car| hit(from, direction, car)).fold(f64::INFINITY, f64::min);
-        let (mean, spread) = look_up(distance * self.slant / RED_FACTOR);
-        let noise = moment.nth(i as u64).stream("infrared").normal();
-        (mean * (1.0 + spread * noise)).clamp(LOW, HIGH)
+    /// How far away the nearest car seems to the sensors at `mounts`, in metres; infinite where there is none.
+    fn distances<const N: usize>(&self, mounts: &[[f64; 4]; N], eye: &Pose, cars: &[Pose]) -> [f64; N] {
+        let (sin, cos) = num::sin_cos(eye.heading_rad);
+        let rays = mounts.map(|[x, y, ahead, left]| {
+            let from = [eye.x_m + x * cos - y * sin, eye.y_m + x * sin + y * cos];
+            (from, [ahead * cos - left * sin, ahead * sin + left * cos])
+        });
+        let mut nearest = [f64::INFINITY; N];
+        for car in cars {
+            for (nearest, (from, direction)) in nearest.iter_mut().zip(rays) {
+                *nearest = nearest.min(hit(from, direction, car));
+            }
+        }
+        nearest.map(|distance| distance * self.slant / RED_FACTOR)
     }
 }
 
-/// Distance along a ray at which it meets a car's side, in metres; 0 from inside, infinite if it misses.
+/// Distance along a ray at which it meets a car's side, in metres; 0 from inside, infinite if it misses. Without branches,
+/// so that the rays of a ring are asked side by side.
+#[inline(always)]
 fn hit(from: [f64; 2], direction: [f64; 2], car: &Pose) -> f64 {
     let (dx, dy) = (car.x_m - from[0], car.y_m - from[1]);
     let along = dx * direction[0] + dy * direction[1];
     let beside = dy * direction[0] - dx * direction[1];
     let half2 = BODY_RADIUS_M * BODY_RADIUS_M - beside * beside;
-    if half2 <= 0.0 || along + half2.sqrt() < 0.0 {
-        return f64::INFINITY;
-    }
-    (along - half2.sqrt()).max(0.0)
+    let half = half2.sqrt();
+    let meets = (half2 > 0.0) & (along + half >= 0.0);
+    if meets { (along - half).max(0.0) } else { f64::INFINITY }
+}
+
+fn noisy((mean, spread): (f64, f64), noise: f64) -> f64 {
+    (mean * (1.0 + spread * noise)).clamp(LOW, HIGH)
 }
 
 /// Reading and relative noise at a distance: linear between the table's entries, constant outside.

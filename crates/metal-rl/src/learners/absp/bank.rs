@@ -55,7 +55,7 @@ impl Bank {
         let error = sample.target - scan.value();
         self.errors.take_in(error, Self::ERROR_RATE);
         let surprise = (error / self.error_variance().sqrt()).clamp(-1.0, 1.0);
-        let success = sample.demonstrated || sample.target >= self.best_value(sample, scan.value());
+        let success = sample.demonstrated || self.is_best(sample, scan.value());
         let lesson = Lesson { state: sample.state, target: sample.target, error, success, rate, surprise };
         self.scratch.resize(self.frame.dims, 0.0);
         let error_variance = self.error_variance();
@@ -67,10 +67,11 @@ impl Bank {
         error
     }
 
-    /// max over actions of Q(s, ·), of which the sample's own action is known.
-    fn best_value(&self, sample: &Sample<'_>, known: f64) -> f64 {
-        let others = (0..self.mixtures.len()).filter(|&a| a != sample.choice);
-        others.map(|a| self.scan(a, sample.state).value()).fold(known, f64::max)
+    /// Whether no action is worth more than what the sample says of its own, whose value is known. Asks no further than
+    /// the first that is.
+    fn is_best(&self, sample: &Sample<'_>, known: f64) -> bool {
+        let exceeds = |a| a != sample.choice && self.scan(a, sample.state).value() > sample.target;
+        known <= sample.target && !(0..self.mixtures.len()).any(exceeds)
     }
 
     /// ln Σ exp(q/T) N(s) of one action.

@@ -31,6 +31,9 @@ def recipe_of(
     """The recipe in JSON: defaults for `steps`, then `phases`, then single fields."""
     whole = json.loads(_core.default_recipe(STEPS if steps is None else steps))
     if phases is not None and not isinstance(phases, Mapping):
+        if "fusion" in phases:
+            whole["fusion"] = whole["attention"] // 3
+            whole["attention"] -= whole["fusion"]
         phases = {name: 0 for name in PHASES if name not in phases} | {n: whole.get(n, 0) for n in phases}
     for name, budget in (phases or {}).items():
         if name not in PHASES:
@@ -52,7 +55,8 @@ def learn(
 ) -> Mind:
     """Learns `task`: demonstration (if there is an expert), fusion of all sensors' agents, then attention control.
 
-    `steps`: motor steps altogether (default 60,000). `phases`: steps of single phases, e.g. `{"fusion": 5000,
+    `steps`: motor steps altogether (default 60,000). A third of them are fusion's where attention is learned from what agents
+    support, none where it is learned from readings, as by default. `phases`: steps of single phases, e.g. `{"fusion": 5000,
     "attention": 20000}`, or the names of those that take place. `recipe`: single fields of the recipe, such as
     `{"credit": {"gamma": 0.9, "lambda": 0.7}}`. The same seed gives the same mind, bit for bit.
     """

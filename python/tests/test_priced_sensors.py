@@ -196,6 +196,20 @@ def test_impossible_recipes_are_refused(signpost, arguments, match):
         metal_rl.learn(signpost, **arguments)
 
 
+@pytest.mark.parametrize(
+    ("phases", "budgets"),
+    [
+        (None, (200, 0, 600)),
+        (["attention"], (0, 0, 600)),
+        (["fusion", "attention"], (0, 200, 400)),
+        ({"attention": 90}, (200, 0, 90)),
+    ],
+)
+def test_steps_are_shared_among_the_phases_that_take_place(signpost, phases, budgets):
+    recipe = metal_rl.learn(signpost, steps=600, phases=phases).recipe
+    assert (recipe["demonstration"], recipe["fusion"], recipe["attention"]) == budgets
+
+
 def test_a_sensor_may_not_take_the_observers_name(quick):
     task = PricedSensors(Signpost(), [Sensor("FOA", 0, 0.1)])
     with pytest.raises(metal_rl.MetalError, match="full observer"):

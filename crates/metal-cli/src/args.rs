@@ -363,7 +363,7 @@ pub struct Eval {
 /// How much is compared.
 #[derive(Debug, Args)]
 pub struct Comparing {
-    /// Motor steps of learning of every row, a third of them fusion, two thirds attention for METAL
+    /// Motor steps of learning of every row; of METAL's a third is fusion if attention asks what members support
     #[arg(long, default_value_t = 60_000, value_name = "N", value_parser = clap::value_parser!(u32).range(3..=100_000_000))]
     pub steps: u32,
     /// Independent trainings of every row

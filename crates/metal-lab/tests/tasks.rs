@@ -9,7 +9,7 @@ use metal_rl::random::Streams;
 use std::path::PathBuf;
 
 fn brief() -> Recipe {
-    Recipe { demonstration: 50, fusion: 300, attention: 600, ..Recipe::default() }
+    Recipe { demonstration: 50, fusion: Some(300), attention: 600, ..Recipe::default() }
 }
 
 fn temporary(name: &str) -> PathBuf {
@@ -45,7 +45,7 @@ fn damaged_files_are_refused() {
 #[test]
 fn experts_of_the_toy_are_worth_being_asked() {
     let task = NamedTask::new("toy").unwrap();
-    let recipe = Recipe { fusion: 0, attention: 4000, demonstration: 0, ..Recipe::default() };
+    let recipe = Recipe { fusion: Some(0), attention: 4000, demonstration: 0, ..Recipe::default() };
     let mind = learn(&task, &recipe, &Streams::new(1), &mut Unobserved).unwrap();
     let total = |driver| trial(&task, &mind, driver, (500, &Streams::new(2))).unwrap().total();
     let (attention, fusion) = (total(Driver::Attention), total(Driver::Fusion));
@@ -71,9 +71,27 @@ fn impossible_recipes_are_refused_by_field() {
         learn(&task, recipe, &Streams::new(1), &mut Unobserved).err().expect("impossible").to_string()
     };
     assert!(refused(&Recipe { attention: 0, ..brief() }).starts_with("attention"));
-    assert!(refused(&Recipe { fusion: usize::MAX, ..brief() }).starts_with("fusion"));
+    assert!(refused(&Recipe { fusion: Some(usize::MAX), ..brief() }).starts_with("fusion"));
     let credit = metal_rl::returns::Credit { gamma: 1.0, lambda: 0.5 };
     assert!(refused(&Recipe { credit, ..brief() }).starts_with("credit.gamma"));
+}
+
+#[test]
+fn members_learn_before_attention_only_where_attention_asks_them() {
+    let task = NamedTask::new("maze").unwrap();
+    let budgets = |method: &str| {
+        let method = serde_json::from_str(method).unwrap();
+        let recipe = Recipe { demonstration: 0, method, ..Recipe::of_steps(300) };
+        let learned = learn(&task, &recipe, &Streams::new(1), &mut Unobserved).unwrap().recipe;
+        assert_eq!(learned.steps(), 300);
+        (learned.fusion, learned.attention)
+    };
+    let values = |content: &str| {
+        format!(r#"{{"values": {{"settings": {{"encoding": {{"content": "{content}"}}}}}}}}"#)
+    };
+    assert_eq!(budgets(r#""critic""#), (Some(0), 300));
+    assert_eq!(budgets(&values("readings")), (Some(0), 300));
+    assert_eq!(budgets(&values("support")), (Some(100), 200));
 }
 
 /// Counterfactual policy iteration, briefly: enough to beat blindness, far too little to be good.
@@ -82,7 +100,7 @@ fn counterfactual(belief: bool) -> Recipe {
     (config.iterations, config.price_ramp, config.fit.batches) = (3, 1, 300);
     config.network.belief = belief;
     let method = AttentionMethod::Counterfactual(config);
-    Recipe { fusion: 0, attention: 1500, method, ..Recipe::default() }
+    Recipe { fusion: Some(0), attention: 1500, method, ..Recipe::default() }
 }
 
 /// What a mind of `recipe` earns on test rows of the cube, and the best that anybody earns there without a look.
@@ -114,7 +132,7 @@ fn a_counterfactual_mind_beats_every_blind_one_and_is_saved_like_any_other() {
 fn a_critic_learns_a_task_of_many_steps_and_is_saved_like_any_other() {
     let task = NamedTask::with("maze", r#"{"side": 3, "goal": {"x": 2, "y": 2}}"#).unwrap();
     let method = serde_json::from_str(r#""critic""#).unwrap();
-    let recipe = Recipe { fusion: 0, attention: 4000, method, ..Recipe::default() };
+    let recipe = Recipe { fusion: Some(0), attention: 4000, method, ..Recipe::default() };
     let mind = learn(&task, &recipe, &Streams::new(3), &mut Unobserved).unwrap();
     assert_eq!(mind.recipe.method, AttentionMethod::many_steps(4000, mind.spec.horizon));
     let path = temporary("critic.safetensors");

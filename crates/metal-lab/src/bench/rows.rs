@@ -78,7 +78,7 @@ impl Desk<'_> {
         self.stage(FUSION)?;
         let nobody = AttentionMethod::Values(Box::default());
         let (fusion, recipe) = (self.recipe.steps(), self.recipe.clone());
-        let alone = Recipe { fusion, foa: 0, attention: 1, method: nobody, ..recipe };
+        let alone = Recipe { fusion: Some(fusion), foa: 0, attention: 1, method: nobody, ..recipe };
         add(FUSION, self.seeds(|seed| self.trained(&alone, Driver::Fusion, seed))?, 0.0, String::new());
         self.stage(RANDOM)?;
         let size = (looks.round() as usize).clamp(1, everything.len());

@@ -71,7 +71,7 @@ fn teach(
     let names = sensors.iter().map(|s| desk.spec.sensors[s].name.clone()).collect();
     let config = CounterfactualConfig { looks: LookRule::Fixed(names), ..config.clone() };
     let method = AttentionMethod::Counterfactual(Box::new(config));
-    let recipe = Recipe { foa: 0, fusion: 0, attention: steps, method, ..desk.recipe.clone() };
+    let recipe = Recipe { foa: 0, fusion: Some(0), attention: steps, method, ..desk.recipe.clone() };
     let mind = learn(desk.task, &recipe, streams, &mut Teller(desk.progress))?;
     Ok(Student::Counterfactual(Box::new(mind)))
 }

@@ -71,7 +71,7 @@ impl School<'_> {
 
     /// Phase II.
     fn fusion(&mut self, mind: &mut Learned) -> Result<(), RunError> {
-        let mut phase = phase("fusion", mind.everybody(), &mind.recipe, mind.recipe.fusion);
+        let mut phase = phase("fusion", mind.everybody(), &mind.recipe, mind.recipe.fusion.unwrap_or(0));
         phase.exploration = mind.recipe.exploration;
         phase.lessons.bootstrap = Some(mind.observer());
         let mut policy = Fusion::new(mind.recipe.fuser.clone(), mind.everybody(), mind.spec.actions.len());

@@ -6,6 +6,7 @@ use metal_rl::counterfactual::config::NetworkConfig;
 use metal_rl::counterfactual::{
     CounterfactualConfig, CriticConfig, FitConfig, Inputs, JudgeConfig, LookRule, MemoryConfig, Unit,
 };
+use metal_rl::decision::Content;
 use metal_rl::environment::Environment;
 use metal_rl::learner::LearnerError;
 use metal_rl::learners::{LearnerConfig, MlpConfig};
@@ -49,10 +50,7 @@ pub struct ValuesMethod {
 
 impl Default for ValuesMethod {
     fn default() -> Self {
-        let encoding = metal_rl::decision::Encoding {
-            content: metal_rl::decision::Content::Readings,
-            ..Default::default()
-        };
+        let encoding = metal_rl::decision::Encoding { content: Content::Readings, ..Default::default() };
         Self {
             learner: LearnerConfig::Mlp(MlpConfig { capacity: 20_000, ..MlpConfig::default() }),
             // No ramp: what was learned under cheaper looks would be replayed for ever.
@@ -153,6 +151,16 @@ impl AttentionMethod {
             }
             chosen => chosen,
         }
+    }
+
+    /// Whether attention is learned from what members say of the readings, and not from the readings alone.
+    pub(super) fn asks_members(&self) -> bool {
+        let content = match self {
+            Self::Auto | Self::Critic => return false,
+            Self::Values(values) => &values.settings.encoding.content,
+            Self::Counterfactual(config) => &config.content,
+        };
+        *content != Content::Readings
     }
 
     /// Refuses what cannot be carried out.

@@ -21,9 +21,10 @@ pub struct Recipe {
     pub demonstration: usize,
     /// The full observer at the wheel before everybody is (none in the paper's way to attention).
     pub foa: usize,
-    /// Phase II: everybody decides together (Sec. 3.2.2).
-    pub fusion: usize,
-    /// Phase III: attention control (Sec. 3.2.3).
+    /// Phase II: everybody decides together (Sec. 3.2.2). Not said: a third of the steps of `attention` where attention is learned
+    /// from what members support, none where it is learned from readings, since nobody would ask them (reading R142).
+    pub fusion: Option<usize>,
+    /// Phase III: attention control (Sec. 3.2.3), and Phase II where `fusion` is not said.
     pub attention: usize,
     /// How readings are scaled.
     pub scaling: Scaling,
@@ -60,8 +61,8 @@ impl Default for Recipe {
         Self {
             demonstration: 200,
             foa: 0,
-            fusion: 20_000,
-            attention: 40_000,
+            fusion: None,
+            attention: 60_000,
             scaling: Scaling::Linear,
             credit: Credit { gamma: 0.97, lambda: 0.7 },
             tiny: LearnerConfig::Tile(TileConfig::default()),
@@ -81,16 +82,16 @@ impl Default for Recipe {
 const MOST: usize = 100_000_000;
 
 impl Recipe {
-    /// The default recipe with `steps` motor steps from Phase II on: a third fusion, two thirds attention.
+    /// The default recipe with `steps` motor steps from Phase II on.
     #[must_use]
     pub fn of_steps(steps: usize) -> Self {
-        Self { fusion: steps / 3, attention: steps - steps / 3, ..Self::default() }
+        Self { attention: steps, ..Self::default() }
     }
 
     /// Motor steps in which the mind acts by itself; every row of a comparison gets as many.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.foa + self.fusion + self.attention
+        self.foa + self.fusion.unwrap_or(0) + self.attention
     }
 
     /// Refuses what cannot be carried out.
@@ -101,7 +102,7 @@ impl Recipe {
         let phases = [
             ("demonstration", self.demonstration),
             ("foa", self.foa),
-            ("fusion", self.fusion),
+            ("fusion", self.fusion.unwrap_or(0)),
             ("attention", self.attention),
         ];
         for (field, steps) in phases {
@@ -125,10 +126,15 @@ impl Recipe {
         self.method.check()
     }
 
-    /// The same recipe for a task and a world of it: how attention is learned follows from them, if nobody said it.
+    /// The same recipe for a task and a world of it: how attention is learned, and whether members learn before, follow from
+    /// them, if nobody said it.
     #[must_use]
     pub fn for_task(mut self, task: &dyn super::Task, world: &dyn Environment) -> Self {
         self.method = self.method.for_world(task, world, self.attention);
+        if self.fusion.is_none() {
+            let fusion = if self.method.asks_members() { self.attention / 3 } else { 0 };
+            (self.fusion, self.attention) = (Some(fusion), self.attention - fusion);
+        }
         self
     }
 

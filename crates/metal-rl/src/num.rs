@@ -20,13 +20,19 @@ pub(crate) fn fused(a: f64, b: f64, c: f64) -> f64 {
     a.mul_add(b, c)
 }
 
-/// e to the power `x`, −700 ≤ x ≤ 0, within 2 units of the last place: without branches, so that a loop over it becomes
-/// vectors. For the same loops as [`fused`].
+/// e to the power `x`, −700 ≤ x ≤ 0: [`exp_of_negatives`] of one.
+#[inline(always)]
+pub(crate) fn exp_of_negative(x: f64) -> f64 {
+    exp_of_negatives(&[x])[0]
+}
+
+/// e to the power of each `x`, −700 ≤ x ≤ 0, within 2 units of the last place: without branches, so that it becomes
+/// vectors, and step by step for all of them, since each step waits for the one before. For the same loops as [`fused`].
 ///
 /// # Formula
 /// eˣ = 2ᵏ Σᵢ rⁱ/i!,  i = 0 … 12,  k = x/ln 2 to the nearest whole number,  r = x − k ln 2
 #[inline(always)]
-pub(crate) fn exp_of_negative(x: f64) -> f64 {
+pub(crate) fn exp_of_negatives<const N: usize>(x: &[f64; N]) -> [f64; N] {
     /// Adding this leaves a whole number, its two's complement in the lowest bits.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
@@ -47,11 +53,21 @@ pub(crate) fn exp_of_negative(x: f64) -> f64 {
         1.0,
         1.0,
     ];
-    let shifted = fused(x, std::f64::consts::LOG2_E, ROUND);
-    let k = shifted - ROUND;
-    let r = fused(k, -LN_2_LOW, fused(k, -LN_2_HIGH, x));
-    let power = SERIES[1..].iter().fold(SERIES[0], |power, &next| fused(power, r, next));
-    f64::from_bits(power.to_bits().wrapping_add(shifted.to_bits() << 52))
+    let (mut shifted, mut r, mut power) = ([0.0; N], [0.0; N], [SERIES[0]; N]);
+    for i in 0..N {
+        shifted[i] = fused(x[i], std::f64::consts::LOG2_E, ROUND);
+        let k = shifted[i] - ROUND;
+        r[i] = fused(k, -LN_2_LOW, fused(k, -LN_2_HIGH, x[i]));
+    }
+    for next in &SERIES[1..] {
+        for i in 0..N {
+            power[i] = fused(power[i], r[i], *next);
+        }
+    }
+    for i in 0..N {
+        power[i] = f64::from_bits(power[i].to_bits().wrapping_add(shifted[i].to_bits() << 52));
+    }
+    power
 }
 
 /// Natural logarithm.

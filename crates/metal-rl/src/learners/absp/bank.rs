@@ -51,7 +51,7 @@ impl Bank {
     /// Learns one sample and returns the error before it.
     pub fn learn(&mut self, sample: &Sample<'_>, rate: Rate) -> f64 {
         assert_eq!(sample.state.len(), self.frame.dims, "length of the state");
-        let scan = self.scan(sample.choice, sample.state);
+        let scan = self.mixtures[sample.choice].study(&self.frame, sample.state);
         let error = sample.target - scan.value();
         self.errors.take_in(error, Self::ERROR_RATE);
         let surprise = (error / self.error_variance().sqrt()).clamp(-1.0, 1.0);

@@ -2,7 +2,7 @@
 
 use super::frame::{Frame, Shape};
 use super::gaussians::{Gaussians, LANES, Lane, MAX_FULL};
-use super::scan::{NO_BLOCK, Scan, blocks, log_densities, responsibilities, scan};
+use super::scan::{Kept, NO_BLOCK, Scan, blocks, log_densities, responsibilities, scan, scan_and_keep};
 use crate::learner::Rate;
 use crate::num;
 use serde::{Deserialize, Serialize};
@@ -39,9 +39,9 @@ pub(crate) struct Facts {
 pub(crate) struct Mixture {
     pub gaussians: Gaussians,
     pub facts: Vec<Facts>,
-    /// Responsibilities and squared distances of the sample being learned.
+    /// What the state being learned is to every component.
     #[serde(skip)]
-    work: Vec<(Lane, Lane)>,
+    kept: Kept,
 }
 
 /// What one sample tells a mixture.
@@ -67,7 +67,7 @@ impl Mixture {
     /// No component yet.
     pub fn new(frame: &Frame) -> Self {
         let gaussians = Gaussians::new(frame.full, vec![frame.smallest_width; frame.dims]);
-        Self { gaussians, facts: Vec::new(), work: Vec::new() }
+        Self { gaussians, facts: Vec::new(), kept: Kept::default() }
     }
 
     /// Number of components.
@@ -150,26 +150,31 @@ impl Mixture {
         sum
     }
 
-    /// Whether `s` lies outside every component's gate; leaves responsibilities and distances in the workspace.
-    fn prepare(&mut self, frame: &Frame, s: &[f64], scan: &Scan) -> bool {
-        let mut work = std::mem::take(&mut self.work);
-        work.clear();
-        responsibilities((self, frame, s), scan, &mut work);
-        let nearest = |group: usize, d2: &Lane| num::min(&d2[..self.used(group)]);
-        let nearest = work.iter().enumerate().map(|(group, (_, d2))| nearest(group, d2));
-        let is_novel = frame.is_novel(nearest.fold(f64::INFINITY, f64::min));
-        self.work = work;
-        is_novel
+    /// As [`Self::scan`], and keeps what [`Self::learn`] needs of it.
+    pub fn study(&mut self, frame: &Frame, s: &[f64]) -> Scan {
+        let mut kept = std::mem::take(&mut self.kept);
+        let scan = scan_and_keep(self, frame, s, &mut kept);
+        self.kept = kept;
+        scan
     }
 
-    /// Learns one sample; `scan` is that of its state, `scratch` has `dims` numbers. True if a component was added.
+    /// Whether the state that was studied lies outside every component's gate.
+    fn is_new(&self, frame: &Frame) -> bool {
+        let nearest = |(group, d2): (usize, &Lane)| num::min(&d2[..self.used(group)]);
+        let nearest = self.kept.distances.iter().enumerate().map(nearest);
+        frame.is_novel(nearest.fold(f64::INFINITY, f64::min))
+    }
+
+    /// Learns one sample, whose state was [studied](Self::study) last, with this result; `scratch` has `dims` numbers. True if a
+    /// component was added.
     pub fn learn(&mut self, frame: &Frame, lesson: &Lesson<'_>, scan: &Scan, scratch: &mut [f64]) -> bool {
-        if self.prepare(frame, lesson.state, scan) {
+        if self.is_new(frame) {
             self.create(frame, lesson);
             return true;
         }
-        let work = std::mem::take(&mut self.work);
-        for (group, (rho, d2)) in work.iter().enumerate() {
+        let mut kept = std::mem::take(&mut self.kept);
+        responsibilities((self, frame), scan, &mut kept.shares);
+        for (group, (rho, d2)) in kept.shares.iter().zip(&kept.distances).enumerate() {
             for lane in 0..self.used(group) {
                 if rho[lane] >= TOUCHED {
                     self.facts[group].learn(lane, rho[lane], lesson);
@@ -177,7 +182,7 @@ impl Mixture {
                 }
             }
         }
-        self.work = work;
+        self.kept = kept;
         false
     }
 

@@ -164,22 +164,47 @@ pub(super) fn log_densities(of: (&Mixture, &Frame, &[f64]), groups: Range<usize>
     mixture.to_log_densities(frame, groups, logs);
 }
 
-/// Adds responsibilities and squared distances of all groups to `work`; `scan` is that of the state.
+/// What a state that is being learned is to every component.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Kept {
+    /// Squared distances.
+    pub distances: Vec<Lane>,
+    /// Log densities, which become [`responsibilities`].
+    pub shares: Vec<Lane>,
+}
+
+/// As [`scan`], and keeps distances and log densities.
+pub(super) fn scan_and_keep(mixture: &Mixture, frame: &Frame, s: &[f64], kept: &mut Kept) -> Scan {
+    tally_and_keep(mixture, frame, s, kept).total()
+}
+
 #[multiversion(targets("x86_64+avx2+fma"))]
-pub(super) fn responsibilities(of: (&Mixture, &Frame, &[f64]), scan: &Scan, work: &mut Vec<(Lane, Lane)>) {
-    let (mixture, frame, s) = of;
-    let mut distances = NO_BLOCK;
+fn tally_and_keep(mixture: &Mixture, frame: &Frame, s: &[f64], kept: &mut Kept) -> Tally {
+    let groups = mixture.gaussians.groups();
+    kept.distances.resize(groups, [0.0; LANES]);
+    kept.shares.resize(groups, [0.0; LANES]);
+    let mut tally = Tally::background(frame);
+    let mut space = NO_BLOCK;
     for block in blocks(mixture) {
-        mixture.gaussians.distances_of(block.clone(), s, &mut distances);
-        let mut space = distances;
-        let rho = &mut space[..block.len()];
-        mixture.to_log_densities(frame, block.clone(), rho);
-        to_densities(rho, scan.reference);
-        for ((rho, d2), facts) in rho.iter_mut().zip(&distances).zip(&mixture.facts[block]) {
-            for (lane, rho) in rho.iter_mut().enumerate() {
-                *rho *= facts.weight(frame, lane) / scan.mass;
-            }
-            work.push((*rho, *d2));
+        let (distances, logs) = (&mut kept.distances[block.clone()], &mut kept.shares[block.clone()]);
+        mixture.gaussians.distances_of(block.clone(), s, distances);
+        logs.copy_from_slice(distances);
+        mixture.to_log_densities(frame, block.clone(), logs);
+        let space = &mut space[..block.len()];
+        space.copy_from_slice(logs);
+        tally.absorb(frame, space, &mixture.facts[block]);
+    }
+    tally
+}
+
+/// Log densities become responsibilities; `scan` is that of their state.
+#[multiversion(targets("x86_64+avx2+fma"))]
+pub(super) fn responsibilities(of: (&Mixture, &Frame), scan: &Scan, shares: &mut [Lane]) {
+    let (mixture, frame) = of;
+    to_densities(shares, scan.reference);
+    for (rho, facts) in shares.iter_mut().zip(&mixture.facts) {
+        for (lane, rho) in rho.iter_mut().enumerate() {
+            *rho *= facts.weight(frame, lane) / scan.mass;
         }
     }
 }
@@ -187,9 +212,25 @@ pub(super) fn responsibilities(of: (&Mixture, &Frame, &[f64]), scan: &Scan, work
 /// l becomes exp(l − reference), 0 where that is negligible or not a number; no l exceeds the reference.
 #[inline(always)]
 fn to_densities(logs: &mut [Lane], reference: f64) {
-    for l in logs.as_flattened_mut() {
-        let x = *l - reference;
-        let power = num::exp_of_negative(x);
+    let (many, rest) = logs.as_flattened_mut().as_chunks_mut::<{ 4 * LANES }>();
+    // No closures: they are compiled for any processor.
+    for logs in many {
+        some_to_densities(logs, reference);
+    }
+    let (few, _) = rest.as_chunks_mut::<LANES>();
+    for logs in few {
+        some_to_densities(logs, reference);
+    }
+}
+
+#[inline(always)]
+fn some_to_densities<const N: usize>(logs: &mut [f64; N], reference: f64) {
+    let mut x = *logs;
+    for x in &mut x {
+        *x -= reference;
+    }
+    let powers = num::exp_of_negatives(&x);
+    for ((l, x), power) in logs.iter_mut().zip(x).zip(powers) {
         *l = if x > NEGLIGIBLE { power } else { 0.0 };
     }
 }

@@ -1,6 +1,6 @@
-//! How far the camera, the Gaussians and a network's updates are from what this machine can do: its multiplications with additions, and the
-//! bytes it can read from its caches and its memory, measured in the same run. Within a group the first row is the
-//! limit, so that the last column is the distance from it.
+//! How far the camera, the Gaussians and a network's updates are from what this machine can do: its multiplications with
+//! additions, and the bytes it can read from its caches and its memory, measured in the same run. Within a group the
+//! first row is the limit, so that the last column is the distance from it.
 
 use metal_rl::environment::Environment;
 use metal_rl::learner::{Dims, Learner, Rate, Sample};
@@ -40,7 +40,7 @@ const BYTES_PER_COMPONENT: f64 = 8.0 * (2.0 * DIMS as f64 + 4.0);
 const WIDTHS: [usize; 4] = [24, 64, 64, 5];
 const SAMPLES: usize = 16;
 
-/// x ← a x + b, many times, for many x side by side; multiplied and added apart, as all our loops do.
+/// x ← a x + b, many times, for many x side by side; multiplied and added apart, as all our loops do but those of Gaussians.
 #[multiversion(targets("x86_64+avx2"))]
 fn multiply_and_add(xs: &mut [f64; SIDE_BY_SIDE], a: f64, b: f64) {
     let mut own = *xs;

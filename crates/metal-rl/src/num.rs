@@ -6,11 +6,22 @@
 //! So is fused multiply-add, where it is asked for by name; without an instruction of its own it is slow, so only loops
 //! that are compiled for processors that have one ask for it.
 
+mod abreast;
+
+pub(crate) use abreast::{exp_of_each, ln_of_each};
+
 /// e to the power `x`.
 #[must_use]
 pub fn exp(x: f64) -> f64 {
     libm::exp(x)
 }
+
+/// Adding this leaves a whole number, its two's complement in the lowest bits.
+const ROUND: f64 = 6_755_399_441_055_744.0;
+
+/// ln 2 in two parts, the first of which is exact times any exponent.
+const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
+const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
 /// a b + c in one rounding, everywhere the same bits. Only for loops that are compiled for processors with an instruction for
 /// it (`multiversion`): elsewhere it is slow.
@@ -33,10 +44,6 @@ pub(crate) fn exp_of_negative(x: f64) -> f64 {
 /// eˣ = 2ᵏ Σᵢ rⁱ/i!,  i = 0 … 12,  k = x/ln 2 to the nearest whole number,  r = x − k ln 2
 #[inline(always)]
 pub(crate) fn exp_of_negatives<const N: usize>(x: &[f64; N]) -> [f64; N] {
-    /// Adding this leaves a whole number, its two's complement in the lowest bits.
-    const ROUND: f64 = 6_755_399_441_055_744.0;
-    const LN_2_HIGH: f64 = 6.931_471_803_691_238e-1;
-    const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
     /// 1/i! from the last to the first.
     const SERIES: [f64; 13] = [
         1.0 / 479_001_600.0,
@@ -59,7 +66,9 @@ pub(crate) fn exp_of_negatives<const N: usize>(x: &[f64; N]) -> [f64; N] {
         let k = shifted[i] - ROUND;
         r[i] = fused(k, -LN_2_LOW, fused(k, -LN_2_HIGH, x[i]));
     }
-    for next in &SERIES[1..] {
+    // Compilers that know the number of steps work one vector out after the other instead.
+    let rest = if N > 16 { std::hint::black_box(&SERIES[1..]) } else { &SERIES[1..] };
+    for next in rest {
         for i in 0..N {
             power[i] = fused(power[i], r[i], *next);
         }
@@ -184,9 +193,12 @@ pub fn log_sum_exp(values: &[f64]) -> f64 {
 /// p\[j\] = exp(v\[j\]/T) / Σₖ exp(v\[k\]/T),  T: temperature, same unit as the values, > 0
 pub fn soft_max(values: &mut [f64], temperature: f64) {
     let top = max(values);
-    let mut sum = 0.0;
     for v in values.iter_mut() {
-        *v = exp((*v - top) / temperature);
+        *v = (*v - top) / temperature;
+    }
+    exp_of_each(values);
+    let mut sum = 0.0;
+    for v in values.iter() {
         sum += *v;
     }
     for v in values.iter_mut() {

@@ -2,7 +2,7 @@
 
 use super::frame::Frame;
 use super::mixture::{Facts, Lesson, Mixture};
-use super::scan::Scan;
+use super::scan::{Scan, scan_each};
 use crate::learner::{Rate, Sample};
 use crate::learners::usual_error::UsualError;
 use crate::num;
@@ -41,6 +41,11 @@ impl Bank {
     /// Sums of one action for one state.
     pub fn scan(&self, choice: usize, state: &[f64]) -> Scan {
         self.mixtures[choice].scan(&self.frame, state)
+    }
+
+    /// Sums of every action for one state; `tell` is told the number of the first of some actions, and theirs.
+    pub fn scan_each(&self, state: &[f64], tell: impl FnMut(usize, &[Scan])) {
+        scan_each(&self.mixtures, &self.frame, state, tell);
     }
 
     /// Mean squared error so far (1 before the first error).

@@ -266,7 +266,7 @@ impl Absp {
         self.bank.mixtures().iter().map(mixture::Mixture::len).collect()
     }
 
-    /// Turns what the scans left in `out` (see [`Self::log_support`]) and the values into degrees of support.
+    /// Turns what the scans left in `out` (see [`Self::log_supports`]) and the values into degrees of support.
     fn finish_support(&self, state: &[f64], values: &[f64], out: &mut [f64]) {
         match self.config.dos {
             DosRule::SuccessBayes | DosRule::Density => normalise_logs(out),
@@ -288,9 +288,16 @@ impl Absp {
         }
     }
 
-    /// ln of an action's support before normalisation, for the rules that read it off a scan.
-    fn log_support(&self, scan: &scan::Scan) -> f64 {
-        if self.config.dos == DosRule::Density { scan.log_mass() } else { scan.log_success() }
+    /// ln of the supports of some actions before normalisation, for the rules that read it off scans.
+    fn log_supports(&self, scans: &[scan::Scan], out: &mut [f64]) {
+        let out = &mut out[..scans.len()];
+        let density = self.config.dos == DosRule::Density;
+        for (out, scan) in out.iter_mut().zip(scans) {
+            let [mass, success] = scan.masses();
+            *out = if density { mass } else { success };
+        }
+        num::ln_of_each(out);
+        out.iter_mut().zip(scans).for_each(|(out, scan)| *out += scan.reference);
     }
 }
 
@@ -301,9 +308,9 @@ impl Learner for Absp {
 
     fn values(&self, state: &[f64], out: &mut [f64]) {
         assert_eq!(state.len(), self.bank.frame.dims, "length of the state");
-        for (a, out) in out.iter_mut().enumerate() {
-            *out = self.bank.scan(a, state).value();
-        }
+        self.bank.scan_each(state, |first, scans| {
+            out[first..].iter_mut().zip(scans).for_each(|(out, scan)| *out = scan.value());
+        });
     }
 
     fn support(&self, state: &[f64], out: &mut [f64]) {
@@ -317,11 +324,10 @@ impl Learner for Absp {
 
     fn values_and_support(&self, state: &[f64], values: &mut [f64], support: &mut [f64]) {
         assert_eq!(state.len(), self.bank.frame.dims, "length of the state");
-        for (a, (value, support)) in values.iter_mut().zip(support.iter_mut()).enumerate() {
-            let scan = self.bank.scan(a, state);
-            *value = scan.value();
-            *support = self.log_support(&scan);
-        }
+        self.bank.scan_each(state, |first, scans| {
+            values[first..].iter_mut().zip(scans).for_each(|(value, scan)| *value = scan.value());
+            self.log_supports(scans, &mut support[first..]);
+        });
         self.finish_support(state, values, support);
     }
 

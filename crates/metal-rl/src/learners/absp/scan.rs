@@ -42,14 +42,10 @@ impl Scan {
         self.value / self.mass
     }
 
-    /// ln of the density of states in which the action succeeded, times its prior.
-    pub fn log_success(&self) -> f64 {
-        self.reference + num::ln(self.success)
-    }
-
-    /// ln of the density of states in which the action was tried, times its prior.
-    pub fn log_mass(&self) -> f64 {
-        self.reference + num::ln(self.mass)
+    /// Density of states in which the action was tried, times its prior, and of those in which it succeeded, both times
+    /// exp(−reference).
+    pub fn masses(&self) -> [f64; 2] {
+        [self.mass, self.success]
     }
 
     /// Responsibility of a component of this weight and log density.
@@ -133,20 +129,37 @@ impl Tally {
 
 /// Everything about one state in one pass.
 pub(super) fn scan(mixture: &Mixture, frame: &Frame, s: &[f64]) -> Scan {
-    tally(mixture, frame, s).total()
+    let mut space = NO_BLOCK;
+    tally(mixture, frame, s, &mut space).total()
+}
+
+/// Everything that each of several mixtures says about one state; `tell` is told the number of the first of some, and of them.
+pub(super) fn scan_each(
+    mixtures: &[Mixture],
+    frame: &Frame,
+    s: &[f64],
+    mut tell: impl FnMut(usize, &[Scan]),
+) {
+    let mut scans = [Tally::background(frame).total(); LANES];
+    let mut space = NO_BLOCK;
+    for (some, mixtures) in mixtures.chunks(LANES).enumerate() {
+        for (scan, mixture) in scans.iter_mut().zip(mixtures) {
+            *scan = tally(mixture, frame, s, &mut space).total();
+        }
+        tell(some * LANES, &scans[..mixtures.len()]);
+    }
 }
 
 /// The sums of every lane. Lanes are added outside of it, because compilers that see that addition pair lanes by it all the way
 /// back into the loops.
 #[multiversion(targets("x86_64+avx2+fma"))]
-fn tally(mixture: &Mixture, frame: &Frame, s: &[f64]) -> Tally {
-    tally_inlined(mixture, frame, s)
+fn tally(mixture: &Mixture, frame: &Frame, s: &[f64], space: &mut [Lane; BLOCK]) -> Tally {
+    tally_inlined(mixture, frame, s, space)
 }
 
 #[inline(always)]
-fn tally_inlined(mixture: &Mixture, frame: &Frame, s: &[f64]) -> Tally {
+fn tally_inlined(mixture: &Mixture, frame: &Frame, s: &[f64], space: &mut [Lane; BLOCK]) -> Tally {
     let mut tally = Tally::background(frame);
-    let mut space = NO_BLOCK;
     for block in blocks(mixture) {
         let logs = &mut space[..block.len()];
         mixture.gaussians.distances_of(block.clone(), s, logs);
@@ -212,7 +225,7 @@ pub(super) fn responsibilities(of: (&Mixture, &Frame), scan: &Scan, shares: &mut
 /// l becomes exp(l − reference), 0 where that is negligible or not a number; no l exceeds the reference.
 #[inline(always)]
 fn to_densities(logs: &mut [Lane], reference: f64) {
-    let (many, rest) = logs.as_flattened_mut().as_chunks_mut::<{ 4 * LANES }>();
+    let (many, rest) = logs.as_flattened_mut().as_chunks_mut::<{ 3 * LANES }>();
     // No closures: they are compiled for any processor.
     for logs in many {
         some_to_densities(logs, reference);
@@ -245,7 +258,13 @@ fn highest(logs: &[Lane]) -> f64 {
             best[lane] = larger(best[lane], l[lane]);
         }
     }
-    best.into_iter().fold(f64::NEG_INFINITY, larger)
+    // Halves upon halves: three steps, where one after the other would be eight.
+    for half in [4, 2, 1] {
+        for lane in 0..half {
+            best[lane] = larger(best[lane], best[lane + half]);
+        }
+    }
+    best[0]
 }
 
 /// Sum of a group.
@@ -338,13 +357,16 @@ mod tests {
         let mut rng = Rng::new(5);
         for full in [false, true] {
             let (frame, mixture) = scattered(full, &mut rng);
+            let mut space = NO_BLOCK;
             for _ in 0..1000 {
                 let s: [f64; 3] = std::array::from_fn(|_| rng.range(-0.2, 1.2));
-                let [wide, narrow] = [mixture.scan(&frame, &s), tally_inlined(&mixture, &frame, &s).total()];
+                let [wide, narrow] =
+                    [mixture.scan(&frame, &s), tally_inlined(&mixture, &frame, &s, &mut space).total()];
                 let bits =
                     |scan: Scan| [scan.reference, scan.mass, scan.value, scan.success].map(f64::to_bits);
                 assert_eq!(bits(wide), bits(narrow));
-                let is = [wide.value(), wide.log_mass(), wide.log_success()];
+                let [mass, success] = wide.masses().map(|mass| wide.reference + num::ln(mass));
+                let is = [wide.value(), mass, success];
                 for (is, should) in is.into_iter().zip(plainly(&frame, &mixture, &s)) {
                     assert!((is - should).abs() < 1e-12 * should.abs().max(1.0), "{is} not {should}");
                 }

@@ -1,5 +1,5 @@
-//! Logarithms and exponentials of several numbers side by side, with the bits of one alone: a function of `libm` waits for its
-//! own steps most of the time, and so do its branches.
+//! Logarithms and exponentials of several numbers side by side, with the bits of one alone: a function of `libm` spends most of
+//! its time waiting for its own steps and on branches that were guessed wrongly.
 
 use super::{LN_2_HIGH, LN_2_LOW, ROUND, exp, ln};
 

@@ -7,6 +7,7 @@
 //! that are compiled for processors that have one ask for it.
 
 mod abreast;
+pub(crate) mod cholesky;
 
 pub(crate) use abreast::{exp_of_each, ln_of_each};
 

@@ -1,15 +1,15 @@
 //! Rows that nobody has seen: drawn from a model of those that somebody has.
 //!
-//! A few hundred rows are learned by heart before looks are learned. The model is a naive Bayes classifier in each of a
-//! few clusters of rows; clusters are found without the classes, so what only says how to read the rest (a context)
-//! becomes a cluster. Everything that must be chosen is chosen by the class's log-loss on rows held out, seen through
-//! random columns.
+//! A few hundred rows are learned by heart before looks are learned. The model is a Bayes classifier in each of a few
+//! clusters of rows, naive or with correlations; clusters are found without the classes, so what
+//! only says how to read the rest (a context) becomes a cluster. Everything that must be chosen is chosen by the class's
+//! log-loss on rows held out, seen through random columns.
 
-use super::mixture::{Gauss, Matrix, Moments, clusters, moments};
+use super::classes::{Class, Classes, Sample};
+use super::mixture::{Matrix, clusters};
 use super::scales::{Scale, Units};
 use super::{Column, Data, Group, Verdict};
-use metal_rl::belief::{Belief, Hypothesis, Number};
-use metal_rl::num;
+use metal_rl::belief::{Belief, Correlation, Hypothesis, Number, Whitener};
 use metal_rl::random::{Rng, Streams};
 
 /// Numbers of clusters that are tried.
@@ -18,10 +18,11 @@ const CLUSTERS: [usize; 5] = [1, 2, 3, 5, 8];
 const BELIEFS: [f64; 3] = [5.0, 20.0, 80.0];
 /// Parts into which rows are cut for the choice.
 const FOLDS: usize = 4;
-/// Belief that there may be rows of a class where none was seen.
-const UNSEEN: f64 = 0.05;
-/// Smallest variance, in units of the column's own.
-const SMALLEST: f64 = 0.02;
+/// Shares by which correlations within classes are taken to be less than they are in the rows: what is tried. 1 is a naive
+/// Bayes classifier.
+const INDEPENDENCES: [f64; 3] = [1.0, 0.4, 0.1];
+/// Tables of more columns are taken as naive: a correlation for every pair is too much to learn, and to think of.
+const MOST_CORRELATED: usize = 64;
 /// A column of so few different values delivers no others.
 const DISCRETE: usize = 16;
 
@@ -32,11 +33,9 @@ pub struct Imagination {
     rows: Vec<usize>,
     shares: Vec<Vec<f64>>,
     classes: Classes,
+    /// Of all columns of a class together, by cluster, then class.
+    whiteners: Vec<Vec<Option<Whitener>>>,
 }
-
-/// What classes look like in every cluster: prior (logarithm) and Gaussian by cluster, then class.
-#[derive(Clone, Debug)]
-struct Classes(Vec<Vec<(f64, Gauss)>>);
 
 /// How rows are modelled.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +43,7 @@ struct Choice {
     units: Units,
     clusters: usize,
     belief: f64,
+    independence: f64,
 }
 
 impl Imagination {
@@ -55,8 +55,20 @@ impl Imagination {
         let (scales, matrix) = scaled(data, (rows, rows), choice.units);
         let shares = clusters(&matrix, choice.clusters, &mut rng);
         let labels: Vec<usize> = rows.iter().map(|&r| data.labels[r]).collect();
-        let classes = Classes::of(&matrix, &shares, (&labels, data.classes.len()), choice.belief);
-        Self { scales, rows: rows.to_vec(), shares, classes }
+        let sample =
+            Sample { matrix: &matrix, shares: &shares, labels: &labels, classes: data.classes.len() };
+        let classes = Classes::of(sample, choice.belief);
+        let scatter = classes.scatter(sample);
+        let classes = classes.correlated(&scatter, (choice.belief, choice.independence));
+        let whitener = |class: &Class| {
+            class.correlation.as_ref().map(|correlation| {
+                let mut whitener = Whitener::default();
+                correlation.among(0..data.columns.len(), &mut whitener);
+                whitener
+            })
+        };
+        let whiteners = classes.0.iter().map(|cluster| cluster.iter().map(whitener).collect()).collect();
+        Self { scales, rows: rows.to_vec(), shares, classes, whiteners }
     }
 
     /// A row that could have been: its cells, and its class. What is absent in it is absent in a row that was seen.
@@ -66,9 +78,14 @@ impl Imagination {
         let row = self.rows[place];
         let weights: Vec<f64> = self.shares.iter().map(|s| s[place]).collect();
         let label = data.labels[row];
-        let (_, gauss) = &self.classes.0[rng.pick(&weights)][label];
+        let cluster = rng.pick(&weights);
+        let gauss = &self.classes.0[cluster][label].gauss;
+        let mut distances: Vec<f64> = data.columns.iter().map(|_| rng.normal()).collect();
+        if let Some(whitener) = &self.whiteners[cluster][label] {
+            whitener.colour(&mut distances);
+        }
         let cell = |(j, column): (usize, &Column)| {
-            let z = gauss.mean[j] + gauss.variance[j].sqrt() * rng.normal();
+            let z = gauss.mean[j] + gauss.variance[j].sqrt() * distances[j];
             let value = self.scales[j].back(z).clamp(column.low, column.high);
             column.values[row].map(|_| self.scales[j].nearest(value, DISCRETE))
         };
@@ -93,29 +110,44 @@ impl Imagination {
         let spread = |of: &[f64]| -> Vec<f64> {
             columns.iter().flat_map(|&c| vec![of[c]; numbers(&data.columns[c])]).collect()
         };
-        let hypothesis = |(class, (log_prior, gauss)): (usize, &(f64, Gauss))| Hypothesis {
-            log_prior: *log_prior,
+        let hypothesis = |(class, own): (usize, &Class)| Hypothesis {
+            log_prior: own.log_prior,
             class,
-            means: spread(&gauss.mean),
-            variances: spread(&gauss.variance),
+            means: spread(&own.gauss.mean),
+            variances: spread(&own.gauss.variance),
         };
         let hypotheses = self.classes.0.iter().flat_map(|cluster| cluster.iter().enumerate().map(hypothesis));
         let classes = data.classes.len();
         let reward =
             |class: usize, action: usize| if class == action { verdict.right } else { verdict.wrong };
         let rewards = (0..classes).map(|c| (0..classes).map(|a| reward(c, a)).collect()).collect();
-        Belief::new(
+        let belief = Belief::new(
             data.groups.iter().map(length).collect(),
             columns.iter().flat_map(number).collect(),
             hypotheses.collect(),
             rewards,
-        )
+        );
+        let owners: Vec<Option<usize>> = columns.iter().flat_map(|&c| owners(c, &data.columns[c])).collect();
+        let all = self.classes.0.iter().flatten().filter_map(|own| own.correlation.as_ref());
+        let correlations: Vec<Correlation> = all.map(|of| spread_out(of, &owners)).collect();
+        if correlations.is_empty() { belief } else { belief.correlated(correlations) }
     }
 }
 
 /// How many numbers a column delivers.
 fn numbers(column: &Column) -> usize {
     1 + usize::from(column.nullable)
+}
+
+/// The column that every number of a column tells the value of; none for the number that says whether it is known.
+fn owners(index: usize, column: &Column) -> impl Iterator<Item = Option<usize>> + use<> {
+    std::iter::once(Some(index)).chain(column.nullable.then_some(None))
+}
+
+/// Correlations of numbers, from those of the columns whose values they are.
+fn spread_out(columns: &Correlation, owners: &[Option<usize>]) -> Correlation {
+    let of = |i: usize, j: usize| owners[i].zip(owners[j]).map_or(0.0, |(a, b)| columns.between(a, b));
+    Correlation::new(owners.len(), of)
 }
 
 impl Data {
@@ -159,28 +191,33 @@ fn scaled(data: &Data, (known, shown): (&[usize], &[usize]), units: Units) -> (V
 fn choose(data: &Data, rows: &[usize], streams: &Streams) -> Choice {
     let mut order = rows.to_vec();
     streams.stream("folds").shuffle(&mut order);
-    let mut best = (f64::INFINITY, Choice { units: Units::Spread, clusters: 1, belief: BELIEFS[1] });
+    let mut best: Option<(f64, Choice)> = None;
     for units in [Units::Spread, Units::Ranks] {
         for clusters in CLUSTERS {
-            let losses = losses(data, &order, (units, clusters), &streams.nth(clusters as u64));
-            for (belief, loss) in BELIEFS.into_iter().zip(losses) {
-                if loss < best.0 {
-                    best = (loss, Choice { units, clusters, belief });
+            let choices = choices(units, clusters, data.columns.len());
+            let losses = losses(data, &order, &choices, &streams.nth(clusters as u64));
+            for (choice, loss) in choices.into_iter().zip(losses) {
+                if best.is_none_or(|(record, _)| loss < record) {
+                    best = Some((loss, choice));
                 }
             }
         }
     }
-    best.1
+    let naive = Choice { units: Units::Spread, clusters: 1, belief: BELIEFS[1], independence: 1.0 };
+    best.map_or(naive, |(_, choice)| choice)
 }
 
-/// Log-loss on rows held out, for every belief.
-fn losses(
-    data: &Data,
-    order: &[usize],
-    (units, count): (Units, usize),
-    streams: &Streams,
-) -> [f64; BELIEFS.len()] {
-    let mut losses = [0.0; BELIEFS.len()];
+/// What is tried in these units with so many clusters.
+fn choices(units: Units, clusters: usize, columns: usize) -> Vec<Choice> {
+    let tried = if columns > MOST_CORRELATED { &INDEPENDENCES[..1] } else { &INDEPENDENCES };
+    let of = |&independence: &f64| BELIEFS.map(|belief| Choice { units, clusters, belief, independence });
+    tried.iter().flat_map(of).collect()
+}
+
+/// Log-losses on rows held out of choices that share units and clusters.
+fn losses(data: &Data, order: &[usize], choices: &[Choice], streams: &Streams) -> Vec<f64> {
+    let (units, count) = (choices[0].units, choices[0].clusters);
+    let mut losses = vec![0.0; choices.len()];
     for fold in 0..FOLDS {
         let part = |held: bool| {
             let mine = order.iter().enumerate().filter(|(i, _)| (i % FOLDS == fold) == held);
@@ -188,13 +225,18 @@ fn losses(
         };
         let (known, held) = (part(false), part(true));
         let labels = |rows: &[usize]| rows.iter().map(|&r| data.labels[r]).collect::<Vec<usize>>();
+        let (known_labels, held_labels) = (labels(&known), labels(&held));
         let (_, matrix) = scaled(data, (&known, &known), units);
         let (_, mut test) = scaled(data, (&known, &held), units);
         blindfold(&mut test, &mut streams.nth(fold as u64).stream("columns"));
         let shares = clusters(&matrix, count, &mut streams.nth(fold as u64).stream("clusters"));
-        for (loss, belief) in losses.iter_mut().zip(BELIEFS) {
-            let classes = Classes::of(&matrix, &shares, (&labels(&known), data.classes.len()), belief);
-            *loss += classes.loss(&test, &labels(&held));
+        let sample =
+            Sample { matrix: &matrix, shares: &shares, labels: &known_labels, classes: data.classes.len() };
+        let scatter = Classes::of(sample, BELIEFS[0]).scatter(sample);
+        for (loss, choice) in losses.iter_mut().zip(choices) {
+            let classes =
+                Classes::of(sample, choice.belief).correlated(&scatter, (choice.belief, choice.independence));
+            *loss += classes.loss(&test, &held_labels);
         }
     }
     losses
@@ -211,70 +253,11 @@ fn blindfold(matrix: &mut Matrix, rng: &mut Rng) {
     }
 }
 
-impl Classes {
-    fn of(matrix: &Matrix, shares: &[Vec<f64>], (labels, classes): (&[usize], usize), belief: f64) -> Self {
-        let model = |weights: &Vec<f64>| {
-            let whole = moments(matrix, weights);
-            let own = |class: usize| {
-                let weight = |(w, l): (&f64, &usize)| if *l == class { *w } else { 0.0 };
-                let weights: Vec<f64> = weights.iter().zip(labels).map(weight).collect();
-                (weights.iter().sum::<f64>(), moments(matrix, &weights))
-            };
-            let own: Vec<(f64, Moments)> = (0..classes).map(own).collect();
-            let common = common(&own, matrix.width);
-            let total = matrix.rows() as f64;
-            let one = |(n, m): &(f64, Moments)| {
-                (num::ln((n + UNSEEN) / total), gauss(m, (&whole.mean, &common), belief))
-            };
-            own.iter().map(one).collect()
-        };
-        Self(shares.iter().map(model).collect())
-    }
-
-    /// Sum of the log-losses of the classes of the rows.
-    fn loss(&self, matrix: &Matrix, labels: &[usize]) -> f64 {
-        let mut sum = 0.0;
-        for (i, &label) in labels.iter().enumerate() {
-            let row = matrix.row(i);
-            let joint = |class: usize| {
-                let logs: Vec<f64> =
-                    self.0.iter().map(|c| c[class].0 + c[class].1.log_density(row)).collect();
-                num::log_sum_exp(&logs)
-            };
-            let all: Vec<f64> = (0..self.0[0].len()).map(joint).collect();
-            sum += num::log_sum_exp(&all) - all[label];
-        }
-        sum
-    }
-}
-
-/// Variance within classes, column by column.
-fn common(own: &[(f64, Moments)], width: usize) -> Vec<f64> {
-    let column = |j: usize| {
-        let scatter: f64 = own.iter().map(|(_, m)| m.scatter[j]).sum();
-        let freedom: f64 = own.iter().map(|(_, m)| m.weight[j]).sum::<f64>() - own.len() as f64;
-        scatter / freedom.max(1.0) + SMALLEST
-    };
-    (0..width).map(column).collect()
-}
-
-/// A class in a cluster. Its means are pulled to the cluster's the more, the less they stand out of their own error
-/// (James and Stein): most columns tell nothing, and what they seem to tell by chance must not add up.
-fn gauss(own: &Moments, (centre, common): (&[f64], &[f64]), belief: f64) -> Gauss {
-    let mean = |j: usize| {
-        let off = own.mean[j] - centre[j];
-        let error = common[j] / own.weight[j].max(1e-9);
-        centre[j] + off * (1.0 - error / (off * off).max(1e-12)).max(0.0)
-    };
-    let variance = |j: usize| (own.scatter[j] + belief * common[j]) / (own.weight[j] + belief);
-    let width = 0..centre.len();
-    Gauss::new(width.clone().map(mean).collect(), width.map(variance).collect())
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{CubeConfig, CubeNmConfig, cube, cube_nm};
     use super::*;
+    use metal_rl::num;
 
     fn rows(data: &Data) -> Vec<usize> {
         (0..data.labels.len()).collect()
@@ -331,6 +314,52 @@ mod tests {
         assert!(told > 2900, "{told}");
     }
 
+    /// Two columns that say the same but for a little, of which only the first tells the class; the second has holes.
+    fn twins() -> Data {
+        let mut rng = Streams::new(5).stream("twins");
+        let labels: Vec<usize> = (0..200).map(|i| i % 2).collect();
+        let shared: Vec<f64> = labels.iter().map(|_| rng.normal()).collect();
+        let first = |(l, s): (&usize, &f64)| Some(0.8 * *l as f64 + s);
+        let a = labels.iter().zip(&shared).map(first).collect();
+        let b = shared.iter().enumerate().map(|(i, s)| (i % 9 != 0).then(|| s + 0.2 * rng.normal()));
+        let columns = vec![Column::new("tells", a), Column::new("shows the noise", b.collect())];
+        let group = |c: usize| super::super::Group { name: format!("g{c}"), columns: vec![c], price: 0.1 };
+        let names = vec!["a".into(), "b".into()];
+        Data::new("X-v0", columns, vec![group(0), group(1)], (names, labels)).unwrap()
+    }
+
+    #[test]
+    fn columns_that_vary_together_are_imagined_and_believed_so() {
+        let data = twins();
+        let model = Imagination::of(&data, &rows(&data), &Streams::new(1));
+        let own = &model.classes.0[0][0];
+        let correlation = own.correlation.as_ref().expect("naive classes are told apart worse");
+        assert!(correlation.between(0, 1) > 0.3, "{correlation:?}");
+        let imagined = data.drawn_from(&model, 4000, &Streams::new(2));
+        let both = |&r: &usize| imagined.columns[0].values[r].zip(imagined.columns[1].values[r]);
+        let pairs: Vec<(f64, f64, usize)> = rows(&imagined)
+            .iter()
+            .filter_map(|r| both(r).map(|(a, b)| (a, b, imagined.labels[*r])))
+            .collect();
+        // The difference is the class, and little else.
+        let mean = |class: usize| {
+            let mine: Vec<f64> = pairs.iter().filter(|p| p.2 == class).map(|p| p.0 - p.1).collect();
+            mine.iter().sum::<f64>() / mine.len() as f64
+        };
+        assert!((mean(1) - mean(0) - 0.8).abs() < 0.2, "{} {}", mean(0), mean(1));
+        let belief = model.belief(&data, Verdict::default());
+        let mut opinion = metal_rl::belief::Opinion::default();
+        let sure = |seen: usize, opinion: &mut metal_rl::belief::Opinion| {
+            let one = |row: usize| {
+                belief.update(&readings(&data, row), |sensor| sensor < seen, opinion);
+                usize::from(num::argmax(&opinion.classes) == data.labels[row])
+            };
+            (0..200).map(one).sum::<usize>()
+        };
+        let (alone, together) = (sure(1, &mut opinion), sure(2, &mut opinion));
+        assert!(alone < 150 && together > 180, "right with the first {alone}, with both {together} of 200");
+    }
+
     /// Everything that a sensor of the table delivers for a row, in [0, 1] of its range.
     fn readings(data: &Data, row: usize) -> Vec<f32> {
         let cells = data.groups.iter().flat_map(|g| &g.columns).map(|&c| &data.columns[c]);
@@ -344,15 +373,20 @@ mod tests {
 
     #[test]
     fn belief_is_the_models_own_probability_of_classes() {
-        let mut data = cube(&CubeConfig { rows: 200, ..CubeConfig::default() });
-        let holes = data.columns[4].values.iter_mut().step_by(3);
-        holes.for_each(|value| *value = None);
-        data.columns[4] = Column::new("holes", std::mem::take(&mut data.columns[4].values));
-        let model = Imagination::of(&data, &rows(&data), &Streams::new(1));
-        let belief = model.belief(&data, Verdict::default());
+        let mut holes = cube(&CubeConfig { rows: 200, ..CubeConfig::default() });
+        holes.columns[4].values.iter_mut().step_by(3).for_each(|value| *value = None);
+        holes.columns[4] = Column::new("holes", std::mem::take(&mut holes.columns[4].values));
+        for data in [holes, twins()] {
+            believes_what_its_model_says(&data);
+        }
+    }
+
+    fn believes_what_its_model_says(data: &Data) {
+        let model = Imagination::of(data, &rows(data), &Streams::new(1));
+        let belief = model.belief(data, Verdict::default());
         let mut opinion = metal_rl::belief::Opinion::default();
         for row in [0, 1, 3, 50] {
-            belief.update(&readings(&data, row), |_| true, &mut opinion);
+            belief.update(&readings(data, row), |_| true, &mut opinion);
             let cell = |(c, s): (&Column, &Scale)| c.values[row].map_or(f64::NAN, |x| s.there(x));
             let values = data.columns.iter().zip(&model.scales).map(cell).collect();
             let matrix = Matrix { values, width: data.columns.len() };

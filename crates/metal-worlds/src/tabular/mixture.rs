@@ -1,6 +1,7 @@
 //! Clusters of rows: a mixture of Gaussians without correlations, fitted by expectation and maximisation. Absent cells
 //! are skipped, so a row may be looked at through any set of columns.
 
+use metal_rl::belief::Whitener;
 use metal_rl::num;
 use metal_rl::random::Rng;
 
@@ -52,6 +53,16 @@ impl Gauss {
             }
         }
         -0.5 * sum
+    }
+
+    /// The same where columns are correlated; `whitener` is that of what is known of the row.
+    pub fn log_density_together(&self, row: &[f64], whitener: &Whitener) -> f64 {
+        let known = || row.iter().enumerate().filter(|(_, z)| !z.is_nan());
+        let distance = |(j, z): (usize, &f64)| (z - self.mean[j]) / self.variance[j].sqrt();
+        let mut distances: Vec<f64> = known().map(distance).collect();
+        whitener.whiten(&mut distances);
+        let logs: f64 = known().map(|(j, _)| self.log_variance[j]).sum();
+        -0.5 * (distances.iter().map(|t| t * t).sum::<f64>() + logs + whitener.log_determinant())
     }
 }
 

@@ -1,6 +1,7 @@
 //! Classification with features that cost: an episode is one row of a table, a look buys a group of features, the motor
 //! action names the class.
 
+mod classes;
 mod cube;
 mod data;
 mod imagination;

@@ -110,7 +110,8 @@ impl Believer {
         }
     }
 
-    /// Whether a look that tells so much (in nats) can be worth its price, whatever is looked at afterwards.
+    /// Whether a look that tells so much (in nats) can be worth its price, whatever is looked at afterwards. Where numbers are
+    /// correlated it may tell more beside another than by itself; then the other is worth looking at first.
     ///
     /// # Formula
     /// stake · √(information / 2) > price,  by Pinsker's inequality

@@ -10,9 +10,9 @@
 //! ln p_c(x_O) = −½ (Σ_O (x − μ)²/ψ − hᵀ M⁻¹ h + Σ_O ln 2πψ + ln |M|);
 //! E\[x_U | x_O\] = Σ_c r_c (μ_U + Λ_U z_c),  r_c ∝ π_c p_c(x_O)
 
-use super::cholesky;
 use super::config::MOST_FACTORS;
 use crate::num;
+use crate::num::cholesky;
 use multiversion::multiversion;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;

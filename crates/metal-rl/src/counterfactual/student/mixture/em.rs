@@ -1,7 +1,7 @@
 //! Expectation and maximisation: the density that makes the moments seen most likely, with what was not seen left out.
 
-use super::cholesky;
 use super::density::{Belief, Component, Density};
+use crate::num::cholesky;
 
 /// Moments, row by row; what is unknown is never looked at.
 #[derive(Clone, Debug, Default)]

@@ -5,8 +5,8 @@
 //! as weight: the conditional means of a joint Gaussian of values and inputs, but for the moments as the student sees
 //! them. Where a component has few moments, one linear function for all components stands in.
 
-use super::cholesky;
 use crate::num;
+use crate::num::cholesky;
 use serde::{Deserialize, Serialize};
 
 /// The shape of the functions of one component.

@@ -8,7 +8,6 @@
 //! Reading R133.
 
 mod blocks;
-mod cholesky;
 pub mod config;
 mod density;
 mod em;

@@ -1,15 +1,19 @@
 //! What a model of a world believes of the situation at hand, given the readings that were looked at, and no others.
 //!
-//! The model is a naive Bayes classifier with clusters: a situation is one of finitely many *hypotheses* (a class in a
-//! cluster), under each of which every number of a reading is normal and independent of the others. Classes say what
-//! motor actions earn; clusters say only what else may be seen, such as a context that tells which readings matter.
+//! The model is a Bayes classifier with clusters: a situation is one of finitely many *hypotheses* (a class in a cluster),
+//! under each of which the numbers of readings are normal, independent of each other (a naive Bayes classifier) or with
+//! correlations of its own. Classes say what motor actions earn; clusters say only what else may be seen, such as a context that
+//! tells which readings matter.
+
+mod correlation;
+mod tells;
+
+pub use correlation::{Correlation, Whitener};
+pub use tells::Tells;
 
 use crate::num;
 use crate::view::Scaling;
 use serde::{Deserialize, Serialize};
-
-/// Hypotheses less likely than this are left out of what further looks are expected to tell.
-const UNLIKELY: f64 = 1e-4;
 
 /// One number of a reading, in the order of the sensors' features.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,6 +49,8 @@ pub struct Belief {
     numbers: Vec<Number>,
     hypotheses: Vec<Hypothesis>,
     log_variances: Vec<Vec<f64>>,
+    /// Of the numbers under every hypothesis; none at all where they are independent.
+    correlations: Vec<Correlation>,
     /// Reward of every motor action, by class.
     rewards: Vec<Vec<f64>>,
     scaling: Scaling,
@@ -62,28 +68,11 @@ pub struct Opinion {
     /// What every sensor is expected to tell.
     pub tells: Vec<Tells>,
     known: Vec<(usize, f64)>,
-    sums: Sums,
-}
-
-/// What a look at a sensor is expected to tell.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tells {
-    /// About the class: ½ ln (variance / mean variance within classes), summed over the sensor's numbers.
-    pub class: f64,
-    /// About everything, clusters included: the same within hypotheses.
-    pub all: f64,
-    /// Between the two likeliest classes: squared distance of their means in units of the variance within hypotheses.
-    pub duel: f64,
-}
-
-/// Moments of every number over hypotheses.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct Sums {
-    mean: Vec<f64>,
-    square: Vec<f64>,
-    within: Vec<f64>,
-    by_class: Vec<Vec<f64>>,
-    classes: Vec<f64>,
+    /// Of what is known, by hypothesis.
+    whiteners: Vec<Whitener>,
+    /// Whitened distances of what is known from the means, hypothesis after hypothesis.
+    whitened: Vec<f64>,
+    outlook: tells::Outlook,
 }
 
 impl Belief {
@@ -106,7 +95,19 @@ impl Belief {
         }
         let logs = |h: &Hypothesis| h.variances.iter().map(|&v| num::ln(v)).collect();
         let log_variances = hypotheses.iter().map(logs).collect();
-        Self { log_variances, sensors, numbers, hypotheses, rewards, scaling: Scaling::Linear }
+        let scaling = Scaling::Linear;
+        Self { log_variances, sensors, numbers, hypotheses, correlations: Vec::new(), rewards, scaling }
+    }
+
+    /// The same model with numbers that vary together; one matrix per hypothesis.
+    ///
+    /// # Panics
+    /// If there are more or fewer, or they are of another number of numbers.
+    #[must_use]
+    pub fn correlated(self, correlations: Vec<Correlation>) -> Self {
+        assert_eq!(correlations.len(), self.hypotheses.len(), "one per hypothesis");
+        assert!(correlations.iter().all(|c| c.fits(self.numbers.len())), "one row per number");
+        Self { correlations, ..self }
     }
 
     /// The same model for readings that were scaled like this.
@@ -138,6 +139,21 @@ impl Belief {
     /// in [0, 1], into `opinion`. Nothing else of `readings` is read.
     pub fn update(&self, readings: &[f32], seen: impl Fn(usize) -> bool, opinion: &mut Opinion) {
         self.take_in(readings, seen, &mut opinion.known);
+        if self.correlations.is_empty() {
+            self.weigh(opinion);
+        } else {
+            self.weigh_together(opinion);
+        }
+        let hypotheses = &mut opinion.hypotheses;
+        let most = num::max(hypotheses);
+        hypotheses.iter_mut().for_each(|log| *log = num::exp(*log - most));
+        let sum: f64 = hypotheses.iter().sum();
+        hypotheses.iter_mut().for_each(|p| *p /= sum);
+        self.decide(opinion);
+    }
+
+    /// Logarithms of the hypotheses' probabilities, up to a constant, where numbers are independent.
+    fn weigh(&self, opinion: &mut Opinion) {
         let Opinion { hypotheses, known, .. } = opinion;
         hypotheses.clear();
         for (h, logs) in self.hypotheses.iter().zip(&self.log_variances) {
@@ -148,11 +164,24 @@ impl Belief {
             }
             hypotheses.push(log);
         }
-        let most = num::max(hypotheses);
-        hypotheses.iter_mut().for_each(|log| *log = num::exp(*log - most));
-        let sum: f64 = hypotheses.iter().sum();
-        hypotheses.iter_mut().for_each(|p| *p /= sum);
-        self.decide(opinion);
+    }
+
+    /// The same where they are correlated.
+    fn weigh_together(&self, opinion: &mut Opinion) {
+        let Opinion { hypotheses, known, whiteners, whitened, .. } = opinion;
+        whiteners.resize_with(self.hypotheses.len(), Whitener::default);
+        hypotheses.clear();
+        whitened.clear();
+        let models = self.hypotheses.iter().zip(&self.log_variances).zip(&self.correlations);
+        for (((h, logs), correlation), whitener) in models.zip(whiteners) {
+            correlation.among(known.iter().map(|(j, _)| *j), whitener);
+            let start = whitened.len();
+            whitened.extend(known.iter().map(|&(j, z)| (z - h.means[j]) / h.variances[j].sqrt()));
+            whitener.whiten(&mut whitened[start..]);
+            let squares: f64 = whitened[start..].iter().map(|t| t * t).sum();
+            let logs: f64 = known.iter().map(|(j, _)| logs[*j]).sum();
+            hypotheses.push(h.log_prior - 0.5 * (squares + logs + whitener.log_determinant()));
+        }
     }
 
     /// What was seen, in the units of the model; what is absent tells nothing.
@@ -186,89 +215,6 @@ impl Belief {
             moves.iter_mut().zip(rewards).for_each(|(sum, r)| *sum += p * (r - best));
         }
     }
-
-    /// What every sensor is expected to tell, after [`Self::update`].
-    pub fn look_ahead(&self, opinion: &mut Opinion) {
-        self.add_up(opinion);
-        let (first, second) = two_likeliest(&opinion.classes);
-        let Opinion { tells, sums, .. } = opinion;
-        tells.clear();
-        let mut at = 0;
-        for &length in &self.sensors {
-            let mut all = Tells::default();
-            for j in at..at + length {
-                if matches!(self.numbers[j], Number::Value { .. }) {
-                    let one = sums.tells(j, (first, second));
-                    all.class += one.class;
-                    all.all += one.all;
-                    all.duel += one.duel;
-                }
-            }
-            tells.push(all);
-            at += length;
-        }
-    }
-
-    fn add_up(&self, opinion: &mut Opinion) {
-        let (n, sums) = (self.numbers.len(), &mut opinion.sums);
-        sums.reset(n, self.rewards.len());
-        for (h, &p) in self.hypotheses.iter().zip(&opinion.hypotheses).filter(|(_, p)| **p > UNLIKELY) {
-            sums.classes[h.class] += p;
-            let by_class = &mut sums.by_class[h.class];
-            for (j, of_class) in by_class.iter_mut().enumerate() {
-                let mean = p * h.means[j];
-                sums.mean[j] += mean;
-                *of_class += mean;
-                sums.square[j] += mean * h.means[j];
-                sums.within[j] += p * h.variances[j];
-            }
-        }
-    }
-}
-
-impl Sums {
-    fn reset(&mut self, numbers: usize, classes: usize) {
-        let zero = |v: &mut Vec<f64>, n: usize| {
-            v.clear();
-            v.resize(n, 0.0);
-        };
-        zero(&mut self.mean, numbers);
-        zero(&mut self.square, numbers);
-        zero(&mut self.within, numbers);
-        zero(&mut self.classes, classes);
-        self.by_class.resize_with(classes, Vec::new);
-        self.by_class.iter_mut().for_each(|v| zero(v, numbers));
-    }
-
-    fn tells(&self, j: usize, (first, second): (usize, usize)) -> Tells {
-        let whole: f64 = self.classes.iter().sum();
-        let mean = self.mean[j] / whole;
-        let within = self.within[j] / whole;
-        let variance = (within + self.square[j] / whole - mean * mean).max(within);
-        let part = |(sums, &p): (&Vec<f64>, &f64)| if p > 0.0 { sums[j] * sums[j] / p } else { 0.0 };
-        let between = self.by_class.iter().zip(&self.classes).map(part).sum::<f64>() / whole - mean * mean;
-        let rest = (variance - between.max(0.0)).max(within);
-        let class_mean =
-            |c: usize| if self.classes[c] > 0.0 { self.by_class[c][j] / self.classes[c] } else { mean };
-        let apart = class_mean(first) - class_mean(second);
-        Tells {
-            class: 0.5 * num::ln(variance / rest),
-            all: 0.5 * num::ln(variance / within),
-            duel: apart * apart / within,
-        }
-    }
-}
-
-/// The likeliest class and the next; the same where there is only one.
-fn two_likeliest(classes: &[f64]) -> (usize, usize) {
-    let first = num::argmax(classes);
-    let mut second = first;
-    for (c, &p) in classes.iter().enumerate().filter(|(c, _)| *c != first) {
-        if second == first || p > classes[second] {
-            second = c;
-        }
-    }
-    (first, second)
 }
 
 /// Piecewise linear, flat outside.
@@ -366,7 +312,67 @@ mod tests {
         let ruler = [[0.2, -1.0], [0.4, 1.0], [0.8, 2.0]];
         let expected = [(0.0, -1.0), (0.3, 0.0), (0.4, 1.0), (0.6, 1.5), (1.0, 2.0)];
         assert!(expected.iter().all(|&(x, z)| near(measure(&ruler, x), z)));
-        assert_eq!(two_likeliest(&[0.1, 0.6, 0.3]), (1, 2));
-        assert_eq!(two_likeliest(&[1.0]), (0, 0));
+    }
+
+    /// Two numbers that vary together; only the first differs between the classes.
+    fn together(correlation: f64) -> Belief {
+        let hypotheses =
+            vec![hypothesis(0, &[0.0, 0.0], &[1.0, 4.0]), hypothesis(1, &[2.0, 0.0], &[1.0, 4.0])];
+        let belief = Belief::new(vec![1, 1], vec![value(), value()], hypotheses, verdict());
+        belief.correlated(vec![Correlation::new(2, |_, _| correlation); 2])
+    }
+
+    #[test]
+    fn correlated_numbers_are_weighed_together() {
+        let (belief, mut opinion) = (together(0.8), Opinion::default());
+        // Values 2 and 2: distances (2, 1) and (0, 1) in standard deviations; e R⁻¹ e = (e₁² − 1.6 e₁e₂ + e₂²) / 0.36.
+        belief.update(&[0.5, 0.5], |_| true, &mut opinion);
+        let log = |first: f64| -0.5 * (first * first - 1.6 * first + 1.0) / 0.36;
+        let odds = num::exp(log(2.0) - log(0.0));
+        assert!(near(opinion.classes[0] / opinion.classes[1], odds), "{opinion:?}");
+    }
+
+    #[test]
+    fn a_number_without_classes_of_its_own_tells_how_to_read_another() {
+        let (belief, mut opinion) = (together(0.8), Opinion::default());
+        belief.update(&[0.0, 0.0], |_| false, &mut opinion);
+        belief.look_ahead(&mut opinion);
+        assert!(near(opinion.tells[1].all, 0.0), "by itself it tells nothing");
+        // The first is 1, between the classes: the second is expected at 2 · 0.8 · (±1), with variance 4 · 0.36.
+        belief.update(&[0.25, 0.0], |sensor| sensor == 0, &mut opinion);
+        belief.look_ahead(&mut opinion);
+        assert!(near(opinion.tells[1].duel, 3.2 * 3.2 / 1.44), "{opinion:?}");
+        assert!(near(opinion.tells[0].all, 0.0), "what is known tells nothing more");
+    }
+
+    #[test]
+    fn without_correlations_it_is_naive() {
+        let (naive, none) = (contexts(), contexts().correlated(vec![Correlation::new(2, |_, _| 0.0); 4]));
+        let (mut a, mut b) = (Opinion::default(), Opinion::default());
+        for seen in [0, 1, 2] {
+            naive.update(&[0.1, 0.7], |sensor| sensor < seen, &mut a);
+            none.update(&[0.1, 0.7], |sensor| sensor < seen, &mut b);
+            assert!(a.hypotheses.iter().zip(&b.hypotheses).all(|(a, b)| near(*a, *b)));
+            naive.look_ahead(&mut a);
+            none.look_ahead(&mut b);
+            let alike =
+                |a: &Tells, b: &Tells| near(a.class, b.class) && near(a.all, b.all) && near(a.duel, b.duel);
+            assert!((seen..2).all(|open| alike(&a.tells[open], &b.tells[open])), "{a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn classes_may_differ_in_nothing_but_what_goes_together() {
+        let hypotheses = vec![hypothesis(0, &[2.0, 2.0], &[1.0; 2]), hypothesis(1, &[2.0, 2.0], &[1.0; 2])];
+        let belief = Belief::new(vec![1, 1], vec![value(), value()], hypotheses, verdict());
+        let belief = belief.correlated([0.6, -0.6].map(|r| Correlation::new(2, |_, _| r)).to_vec());
+        let mut opinion = Opinion::default();
+        // Distances (1, 1): squares 2 / (1 + r) = 1.25 and 5, determinants the same.
+        belief.update(&[0.75, 0.75], |_| true, &mut opinion);
+        assert!(near(opinion.classes[1], 1.0 / (1.0 + num::exp(1.875))), "{opinion:?}");
+        belief.update(&[0.75, 0.75], |sensor| sensor == 0, &mut opinion);
+        belief.look_ahead(&mut opinion);
+        // Expected at ±0.6 with variance 0.64.
+        assert!(near(opinion.tells[1].duel, 1.44 / 0.64) && near(opinion.classes[0], 0.5), "{opinion:?}");
     }
 }

@@ -1,18 +1,18 @@
 //! Small symmetric systems. A matrix is its lower triangle, row by row.
 
 /// Place of row `i`, column `j` ≤ `i`.
-pub(super) fn at(i: usize, j: usize) -> usize {
+pub(crate) fn at(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }
 
 /// Numbers in a lower triangle of `n` rows.
-pub(super) fn size(n: usize) -> usize {
+pub(crate) fn size(n: usize) -> usize {
     at(n, 0)
 }
 
 /// Replaces a positive definite matrix by its Cholesky factor. Where rounding took away what makes it so, a pivot is
 /// raised to a trifle of its matrix's diagonal.
-pub(super) fn factor(a: &mut [f64], n: usize) {
+pub(crate) fn factor(a: &mut [f64], n: usize) {
     let largest = (0..n).map(|i| a[at(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
     for i in 0..n {
         for j in 0..=i {
@@ -24,12 +24,24 @@ pub(super) fn factor(a: &mut [f64], n: usize) {
     }
 }
 
-/// Solves A x = b, given A's factor; x takes the place of b.
-pub(super) fn solve(factor: &[f64], n: usize, b: &mut [f64]) {
+/// Solves L x = b, given the factor L of A; x takes the place of b.
+pub(crate) fn solve_lower(factor: &[f64], n: usize, b: &mut [f64]) {
     for i in 0..n {
         let known: f64 = (0..i).map(|k| factor[at(i, k)] * b[k]).sum();
         b[i] = (b[i] - known) / factor[at(i, i)];
     }
+}
+
+/// L b, given the factor L of A, in the place of b.
+pub(crate) fn multiply_lower(factor: &[f64], n: usize, b: &mut [f64]) {
+    for i in (0..n).rev() {
+        b[i] = (0..=i).map(|k| factor[at(i, k)] * b[k]).sum();
+    }
+}
+
+/// Solves A x = b, given A's factor; x takes the place of b.
+pub(crate) fn solve(factor: &[f64], n: usize, b: &mut [f64]) {
+    solve_lower(factor, n, b);
     for i in (0..n).rev() {
         let known: f64 = (i + 1..n).map(|k| factor[at(k, i)] * b[k]).sum();
         b[i] = (b[i] - known) / factor[at(i, i)];
@@ -37,7 +49,7 @@ pub(super) fn solve(factor: &[f64], n: usize, b: &mut [f64]) {
 }
 
 /// The inverse of A, given A's factor, into `out`.
-pub(super) fn invert(factor: &[f64], n: usize, out: &mut [f64], column: &mut [f64]) {
+pub(crate) fn invert(factor: &[f64], n: usize, out: &mut [f64], column: &mut [f64]) {
     for j in 0..n {
         column[..n].fill(0.0);
         column[j] = 1.0;
@@ -70,6 +82,21 @@ mod tests {
                 assert!((inverse[at(i, j)] - expected[(i, j)]).abs() < 1e-12);
             }
         }
+    }
+
+    #[test]
+    fn half_a_solution_is_undone_by_its_factor() {
+        let mut a = vec![4.0, 1.0, 3.0, -0.5, 0.2, 2.0];
+        factor(&mut a, 3);
+        let mut x = [1.0, -2.0, 0.5];
+        solve_lower(&a, 3, &mut x);
+        let squares: f64 = x.iter().map(|x| x * x).sum();
+        multiply_lower(&a, 3, &mut x);
+        assert!(x.iter().zip([1.0, -2.0, 0.5]).all(|(x, y)| (x - y).abs() < 1e-12));
+        let mut whole = [1.0, -2.0, 0.5];
+        solve(&a, 3, &mut whole);
+        let expected: f64 = whole.iter().zip(x).map(|(a, b)| a * b).sum();
+        assert!((squares - expected).abs() < 1e-12, "both are b A⁻¹ b");
     }
 
     #[test]

@@ -54,8 +54,9 @@ class MotorBudget(SensorCostEnv):
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """A look, or a motor action, which is counted."""
-        self.motor_steps += int(int(action) < self.motor_actions)
-        return super().step(action)
+        after = super().step(action)
+        self.motor_steps += int(after[-1]["moved"])
+        return after
 
 
 def drive(env: SensorCostEnv, choose: Callable[[np.ndarray, np.ndarray], int], episodes: int) -> tuple[float, ...]:
@@ -67,7 +68,7 @@ def drive(env: SensorCostEnv, choose: Callable[[np.ndarray, np.ndarray], int], e
         over = False
         while not over:
             observation, _, ended, cut, info = env.step(choose(observation, env.action_masks()))
-            if info["moved"] or cut:
+            if info["moved"]:
                 motor, cost = motor + info["motor_reward"], cost + info["sensor_cost"]
                 looks, moves = looks + len(info["consulted"]), moves + 1
             over = ended or cut

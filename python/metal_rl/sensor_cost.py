@@ -20,8 +20,11 @@ class SensorCostEnv(gym.Env[np.ndarray, np.integer]):
     nothing: `action_masks()` (the convention of sb3-contrib's MaskablePPO) is false there, and is to be asked before
     every single action, because it changes with every look.
 
+    Looks take no time in this problem, so whoever is not masked could look for ever and never meet what moves cost.
+    The (2n+1)-th look of a motor step at n sensors therefore ends it: it is paid, and motor action 0 is carried out.
+
     `info`: `consulted` (names read before this motor action), `sensor_cost` (paid for them so far), `motor_reward`
-    (what the motor action earned; 0 after a look), `moved` (whether this was a motor action).
+    (what the motor action earned; 0 after a look), `moved` (whether a motor action was carried out).
     """
 
     metadata = {"render_modes": []}
@@ -38,8 +41,7 @@ class SensorCostEnv(gym.Env[np.ndarray, np.integer]):
         self.motor_actions = len(task.spec["actions"])
         self.action_space = spaces.Discrete(self.motor_actions + len(sensors))
         self.observation_space = spaces.Box(0.0, 1.0, (ends[-1] + len(sensors),), dtype=np.float32)
-        # Looks that show nothing new must not go on for ever.
-        self._patience = 2 * len(sensors) + 1
+        self._most_looks = 2 * len(sensors) + 1
         self._clear()
 
     def _clear(self) -> None:
@@ -60,22 +62,27 @@ class SensorCostEnv(gym.Env[np.ndarray, np.integer]):
     def step(self, action: np.integer) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """A look, or a motor action."""
         choice = int(action)
-        if choice >= self.motor_actions:
-            return self._look(choice - self.motor_actions)
-        motor, end = self._world.step(choice)
+        if choice < self.motor_actions:
+            return self._move(choice, paid_now=0.0)
+        sensor = choice - self.motor_actions
+        self._look(sensor)
+        if len(self._consulted) == self._most_looks:
+            return self._move(0, paid_now=self._prices[sensor])
+        return self._observe(), -self._prices[sensor], False, False, self._info(0.0, moved=False)
+
+    def _move(self, action: int, paid_now: float) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        motor, end = self._world.step(action)
         info = self._info(motor, moved=True)
         self._clear()
-        return self._observe(), motor, end == 1, end == 2, info
+        return self._observe(), motor - paid_now, end == 1, end == 2, info
 
-    def _look(self, sensor: int) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+    def _look(self, sensor: int) -> None:
         low, span = self._ranges[sensor]
         scaled = np.clip((self._world.sense(sensor) - low) / span, 0.0, 1.0)
         self._readings[self._places[sensor]] = scaled
         self._read[sensor] = 1.0
         self._consulted.append(self._names[sensor])
         self._cost += self._prices[sensor]
-        tired = len(self._consulted) >= self._patience
-        return self._observe(), -self._prices[sensor], False, tired, self._info(0.0, moved=False)
 
     def action_masks(self) -> np.ndarray:
         """True for motor actions and for sensors not yet read in this motor step."""

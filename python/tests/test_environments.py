@@ -89,11 +89,18 @@ def test_consult_then_act(maze):
     assert (observation == 0).all(), "readings do not outlive the motor step"
 
 
-def test_looking_for_ever_is_cut(maze):
-    env = SensorCostEnv(maze)
-    env.reset(seed=0)
-    ends = [env.step(4)[3] for _ in range(5)]
-    assert ends == [False] * 4 + [True]
+def test_looking_for_ever_takes_time(maze):
+    """Whoever only looks pays for every look and for every motor step, and the episode goes on."""
+    looking, moving = SensorCostEnv(maze), SensorCostEnv(maze)
+    looking.reset(seed=0), moving.reset(seed=0)
+    for _ in range(3):
+        after = [looking.step(4) for _ in range(5)]
+        assert [info["moved"] for *_, info in after] == [False] * 4 + [True]
+        observation, reward, ended, cut, info = after[-1]
+        _, motor, would_end, would_cut, _ = moving.step(0)
+        assert reward == pytest.approx(motor - 0.1) and info["motor_reward"] == motor
+        assert info["consulted"] == ("X",) * 5 and info["sensor_cost"] == pytest.approx(0.5)
+        assert (observation == 0).all() and (ended, cut) == (would_end, would_cut)
 
 
 @pytest.mark.peers

@@ -3,7 +3,7 @@
 
 use metal_lab::bench::{BenchOptions, bench};
 use metal_lab::progress::Silent;
-use metal_lab::task::{AttentionMethod, Driver, NamedTask, Recipe, learn, load, save, trial};
+use metal_lab::task::{AttentionMethod, Driver, NamedTask, Recipe, Task, learn, load, save, trial};
 use metal_rl::observe::Unobserved;
 use metal_rl::random::Streams;
 use std::path::PathBuf;
@@ -128,13 +128,38 @@ fn a_counterfactual_mind_beats_every_blind_one_and_is_saved_like_any_other() {
     );
 }
 
+/// The experiment, the library and every binding learn attention in the same way, unless they are told otherwise.
+#[test]
+fn the_default_is_the_recipe_of_the_experiment() {
+    let best = metal_rl::counterfactual::CounterfactualConfig::default();
+    for text in [metal_lab::experiments::PAPER, metal_lab::experiments::ATTENTION] {
+        let plan = metal_lab::plan::parse(text, &[]).unwrap();
+        assert_eq!(plan.file.attention["acl"].counterfactual.as_ref(), Some(&best), "{}", plan.file.title);
+    }
+    let AttentionMethod::Counterfactual(ours) = AttentionMethod::by_roll_outs(180_000) else {
+        panic!("its name")
+    };
+    assert_eq!(*ours, best);
+}
+
+#[test]
+fn worlds_that_can_be_copied_are_learned_by_roll_outs() {
+    let method = |task: &dyn Task| {
+        let world = task.training().unwrap();
+        Recipe { attention: 4000, ..Recipe::default() }.for_task(task, world.as_ref()).method
+    };
+    for name in ["maze", "puddle", "highway"] {
+        assert_eq!(method(&NamedTask::new(name).unwrap()), AttentionMethod::by_roll_outs(4000), "{name}");
+    }
+}
+
 #[test]
 fn a_critic_learns_a_task_of_many_steps_and_is_saved_like_any_other() {
     let task = NamedTask::with("maze", r#"{"side": 3, "goal": {"x": 2, "y": 2}}"#).unwrap();
     let method = serde_json::from_str(r#""critic""#).unwrap();
     let recipe = Recipe { fusion: Some(0), attention: 4000, method, ..Recipe::default() };
     let mind = learn(&task, &recipe, &Streams::new(3), &mut Unobserved).unwrap();
-    assert_eq!(mind.recipe.method, AttentionMethod::many_steps(4000, mind.spec.horizon));
+    assert_eq!(mind.recipe.method, AttentionMethod::by_critic(4000, mind.spec.horizon));
     let path = temporary("critic.safetensors");
     save(&mind, &path, 3, std::collections::BTreeMap::new()).unwrap();
     let (thawed, _) = load(&path).unwrap();

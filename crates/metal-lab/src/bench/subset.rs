@@ -55,7 +55,10 @@ pub(super) fn train_subset(
             let config = CounterfactualConfig::clone(config).with_fits(share, usize::MAX);
             teach(desk, (&config, sensors), steps, streams)
         }
-        AttentionMethod::Auto | AttentionMethod::Critic | AttentionMethod::Values(_) => {
+        AttentionMethod::Auto
+        | AttentionMethod::Critic
+        | AttentionMethod::RollOuts
+        | AttentionMethod::Values(_) => {
             Ok(Student::Values(Box::new(Pupil::taught(desk, sensors, steps, streams)?)))
         }
     }

@@ -87,9 +87,10 @@ impl School<'_> {
                 let config = config.clone();
                 Controller::Counterfactual(Box::new(self.counterfactual(mind, &config, &phase)?))
             }
-            AttentionMethod::Auto | AttentionMethod::Critic | AttentionMethod::Values(_) => {
-                Controller::Values(Box::new(self.values(mind, phase)?))
-            }
+            AttentionMethod::Auto
+            | AttentionMethod::Critic
+            | AttentionMethod::RollOuts
+            | AttentionMethod::Values(_) => Controller::Values(Box::new(self.values(mind, phase)?)),
         };
         mind.controller = Some(controller);
         Ok(())

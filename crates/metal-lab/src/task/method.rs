@@ -204,10 +204,14 @@ impl AttentionMethod {
     }
 
     /// In a task of one step per episode, values of looks need no returns, which would mix in what exploring moves
-    /// earned.
+    /// earned, and there is nothing to remember.
     pub(super) fn for_one_step(self) -> Self {
         match self {
-            Self::Auto | Self::Critic | Self::RollOuts | Self::Counterfactual(_) => self,
+            Self::Auto | Self::Critic | Self::RollOuts => self,
+            Self::Counterfactual(mut config) => {
+                config.memory = MemoryConfig::default();
+                Self::Counterfactual(config)
+            }
             Self::Values(mut values) => {
                 values.settings.motor_target = MotorTarget::Myopic;
                 Self::Values(values)

@@ -140,6 +140,13 @@ fn the_default_is_the_recipe_of_the_experiment() {
         panic!("its name")
     };
     assert_eq!(*ours, best);
+    let stages = |steps| match AttentionMethod::by_roll_outs(steps) {
+        AttentionMethod::Counterfactual(c) => (c.iterations, c.wide_eyed, c.price_ramp),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(stages(60_000), (36, 6, 15), "for as many motor steps as there");
+    assert_eq!(stages(4_000), (8, 1, 3), "but not for ever");
+    assert_eq!(stages(10_000_000), (36, 1, 1));
 }
 
 #[test]

@@ -23,6 +23,9 @@ const FEWEST_BATCHES: usize = 50;
 const STEPS_PER_ITERATION: usize = 1000;
 const FEWEST_ITERATIONS: usize = 8;
 
+/// Motor steps that `metal reproduce` spends on attention.
+const BEST_STEPS: usize = 180_000;
+
 /// How attention is learned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -138,17 +141,26 @@ impl AttentionMethod {
     }
 
     /// Counterfactual policy iteration by roll-outs, for tasks of many steps whose world can be copied, in a phase of so many
-    /// motor steps: the recipe of `metal reproduce`, in fewer iterations with shorter fits where there are few steps. What
-    /// copies do and tests of iterates are not counted as motor steps. On the highway, 60,000 steps, three trainings on
-    /// validation roads: 36 iterations −2.96 a step, 24 −3.43, 12 −3.52; ten looks allowed instead of four −5.60.
+    /// motor steps: the recipe of `metal reproduce`. Where there are fewer steps there are fewer iterations and shorter fits,
+    /// and eyes stay open and looks become dear for as many motor steps as there, if not for most of the phase. What copies
+    /// do and tests of iterates are not counted as motor steps.
     #[must_use]
     pub fn by_roll_outs(steps: usize) -> Self {
         let best = CounterfactualConfig::default();
         let iterations = (steps / STEPS_PER_ITERATION).clamp(FEWEST_ITERATIONS, best.iterations);
         let pay = best.iterations * STEPS_PER_ITERATION;
         let batches = (steps * best.fit.batches / pay).clamp(FEWEST_BATCHES, best.fit.batches);
+        let longer = |some: usize| (some * BEST_STEPS * iterations).div_ceil(best.iterations * steps.max(1));
+        let wide_eyed = longer(best.wide_eyed).clamp(1, iterations / 6);
+        let price_ramp = longer(best.price_ramp).clamp(1, iterations * 5 / 12);
         let fit = FitConfig { batches, ..best.fit.clone() };
-        Self::Counterfactual(Box::new(CounterfactualConfig { iterations, fit, ..best }))
+        Self::Counterfactual(Box::new(CounterfactualConfig {
+            iterations,
+            fit,
+            wide_eyed,
+            price_ramp,
+            ..best
+        }))
     }
 
     /// The method itself in place of [`AttentionMethod::Auto`], [`AttentionMethod::Critic`] and

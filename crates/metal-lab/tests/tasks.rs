@@ -131,15 +131,13 @@ fn a_counterfactual_mind_beats_every_blind_one_and_is_saved_like_any_other() {
 /// The experiment, the library and every binding learn attention in the same way, unless they are told otherwise.
 #[test]
 fn the_default_is_the_recipe_of_the_experiment() {
-    let best = metal_rl::counterfactual::CounterfactualConfig::default();
-    for text in [metal_lab::experiments::PAPER, metal_lab::experiments::ATTENTION] {
-        let plan = metal_lab::plan::parse(text, &[]).unwrap();
-        assert_eq!(plan.file.attention["acl"].counterfactual.as_ref(), Some(&best), "{}", plan.file.title);
-    }
-    let AttentionMethod::Counterfactual(ours) = AttentionMethod::by_roll_outs(180_000) else {
+    let AttentionMethod::Counterfactual(best) = AttentionMethod::by_roll_outs(180_000) else {
         panic!("its name")
     };
-    assert_eq!(*ours, best);
+    for text in [metal_lab::experiments::PAPER, metal_lab::experiments::ATTENTION] {
+        let plan = metal_lab::plan::parse(text, &[]).unwrap();
+        assert_eq!(plan.file.attention["acl"].counterfactual.as_ref(), Some(&*best), "{}", plan.file.title);
+    }
     let stages = |steps| match AttentionMethod::by_roll_outs(steps) {
         AttentionMethod::Counterfactual(c) => (c.iterations, c.wide_eyed, c.price_ramp),
         other => panic!("{other:?}"),

@@ -146,7 +146,8 @@ impl AttentionMethod {
     /// do and tests of iterates are not counted as motor steps.
     #[must_use]
     pub fn by_roll_outs(steps: usize) -> Self {
-        let best = CounterfactualConfig::default();
+        let memory = MemoryConfig { looks: 1, steps: 10, actions: 4, recurrent: 0 };
+        let best = CounterfactualConfig { memory, dismissal: 0.2, ..CounterfactualConfig::default() };
         let iterations = (steps / STEPS_PER_ITERATION).clamp(FEWEST_ITERATIONS, best.iterations);
         let pay = best.iterations * STEPS_PER_ITERATION;
         let batches = (steps * best.fit.batches / pay).clamp(FEWEST_BATCHES, best.fit.batches);

@@ -151,7 +151,7 @@ impl Default for FitConfig {
     }
 }
 
-/// Counterfactual policy iteration, as data; by default the recipe of `metal reproduce`. Its budget of motor steps is that of the phase it runs in.
+/// Counterfactual policy iteration, as data. Its budget of motor steps is that of the phase it runs in.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CounterfactualConfig {
@@ -231,7 +231,7 @@ impl Default for CounterfactualConfig {
             looks: LookRule::default(),
             judge: JudgeConfig::default(),
             content: Content::Readings,
-            memory: MemoryConfig { looks: 1, steps: 10, actions: 4, recurrent: 0 },
+            memory: MemoryConfig::default(),
             recollection: RecollectionConfig::default(),
             network: NetworkConfig::default(),
             mixture: None,
@@ -248,7 +248,7 @@ impl Default for CounterfactualConfig {
             price_ramp: 5,
             first_price: 0.0,
             thrifty: false,
-            dismissal: 0.2,
+            dismissal: 0.05,
             dismissed_every: 0.25,
             tolerance: 0.1,
             astray: 0.5,

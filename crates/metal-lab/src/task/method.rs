@@ -83,8 +83,6 @@ impl AttentionMethod {
         const BATCHES: usize = 6000;
         Self::Counterfactual(Box::new(CounterfactualConfig {
             looks: LookRule::Adaptive { min_looks: 0, max_looks: 10 },
-            // What was seen in other rows tells nothing of this one.
-            memory: MemoryConfig::default(),
             network: NetworkConfig { belief: true, ..NetworkConfig::default() },
             iterations: ITERATIONS,
             window: ITERATIONS,
